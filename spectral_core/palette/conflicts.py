@@ -17,11 +17,11 @@ from spectral_core.blas_threads import on_one_thread
 from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.explain.exact_sets import smallest_conflict
 from spectral_core.palette.explain.releases import Releases, ReleaseSearch
 from spectral_core.palette.given import cell_name
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
-from spectral_core.palette.qp.feasibility import smallest_conflict
 from spectral_core.palette.report import exact_error
 from spectral_core.palette.responses import Responses
 from spectral_core.palette.solution import VISIBLE_DELTA_E, Conflict, PaletteSolution, PaletteStatus
@@ -85,15 +85,10 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
     """A smallest set of exact cells that cannot all hold; empty if they can, or if no cell is involved."""
     if solution.status is not PaletteStatus.EXACT_CONFLICT:
         return ()
-    asking: dict[CellIndex, list[CellIndex]] = {}
-    for i, row in enumerate(solution.problem.cells):
-        for j, cell in enumerate(row):
-            if cell.exact and (cell.box is not None or cell.mode in (CellMode.SAME, CellMode.CONSTANT)):
-                for member in ((i, j), *cell.others):
-                    asking.setdefault(member, []).append((i, j))
     for assembled, answer in _record(solution).values():
         if answer.infeasible:
-            cells = smallest_conflict(assembled.quadratic, asking)
+            missed = exact_error(assembled.view.requests, solution.actual_linear_rgb)[1]
+            cells = smallest_conflict(solution.problem, assembled, missed)
             if cells:
                 return cells
     return ()
@@ -145,7 +140,7 @@ def _after_releases(
 def _neighbors(
     problem: PaletteProblem, requests: Requests, side: Side, asked: Iterable[CellIndex], cell: CellIndex
 ) -> _Neighbors:
-    group = next((dict.fromkeys(group.members) for group in requests.groups if cell in group.members), {})
+    group = dict.fromkeys(member for group in requests.groups if cell in group.members for member in group.members)
     axis = 0 if side == "reflectances" else 1
     others = tuple(other for other in asked if other != cell and (other[axis] == cell[axis] or other in group))
     return _Neighbors(cell, others, tuple(_references(problem, cell, group)))

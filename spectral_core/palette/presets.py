@@ -83,7 +83,7 @@ def metamer_pair(
     apart = frozen_array("colors", colors, (2, 3))
     lights = [normalized(illuminant(name)) for name in (split, match)]
     cells = (
-        (Cell.fixed(apart[0]), Cell.free(box)),
+        (Cell.fixed(apart[0]), Cell.free(box, exact=True)),
         (Cell.fixed(apart[1]), Cell.same_as((0, 1), exact=True)),
     )
     materials = (PaletteReflectance("reflectance 1"), PaletteReflectance("reflectance 2"))

@@ -38,6 +38,12 @@ LEAST = 1e-6
 """Size of a combination of colors, relative to the largest, below which a light shows nothing of it."""
 OPEN = 1e30
 """Stands for an open end of a range."""
+SOLVED = (1, 2)
+"""Statuses of ``daqp`` with an answer."""
+TIGHT = 1e-12
+"""Tolerance of ``piqp``."""
+DEPENDENT = 1e-10
+"""Singular value, relative to the largest, below which rows of exact colors depend on each other."""
 UNBOUNDED = 3
 """Status of ``linprog``."""
 
@@ -192,10 +198,51 @@ class CellReach:
         linear = -rows.T @ (metric @ target)
         # The solver writes into the senses, so it gets a copy.
         found, _, status, info = daqp.solve(hessian, linear, self._held, self._upper, self._lower, self._sense.copy())
-        if status not in (1, 2):
-            raise SolveError(f"the nearest reachable color was not found (status {status}); loosen the exact colors")
-        multipliers = np.asarray(info["lam"], dtype=np.float64)[self.grid.size :]
-        return np.clip(found, *self.bounds), multipliers
+        values = np.clip(found, *self.bounds)
+        if status not in SOLVED or self._miss(values) > EXACT:
+            return self._from_a_point(hessian, linear)
+        return values, np.asarray(info["lam"], dtype=np.float64)[self.grid.size :]
+
+    def _miss(self, reflectance: Array) -> float:
+        """Largest distance of an exact color from its own, or outside its range."""
+        shown, knots = self._held @ reflectance, self.grid.size
+        return float(np.abs(shown - np.clip(shown, self._lower[knots:], self._upper[knots:])).max(initial=0.0))
+
+    def _from_a_point(self, hessian: Array, linear: Array) -> tuple[Array, Array]:
+        """``_projected`` where the exact colors are at the end of what their lights can show, or nearly depend on each
+        other: as a change from a point that has them, along independent rows, by piqp.
+        """
+        import piqp
+
+        begin, equal, knots = self._extreme(np.zeros(3)), self._is_equal, self.grid.size
+        if begin is None:
+            raise SolveError("the exact colors of this material cannot be met together")
+        point = np.clip(begin, *self.bounds)
+        outer, sizes, inner = np.linalg.svd(self._held[equal], full_matrices=False)
+        kept = sizes > DEPENDENT * sizes.max(initial=0.0)
+        low, high = (
+            self._lower - np.append(point, self._held @ point),
+            self._upper - np.append(point, self._held @ point),
+        )
+        none = np.zeros(int(kept.sum()))
+        ranges = [self._held[~equal], low[knots:][~equal], high[knots:][~equal]] if (~equal).any() else [None] * 3
+        size = float(np.trace(hessian))
+        solver = piqp.DenseSolver()
+        solver.settings.eps_abs, solver.settings.eps_rel = TIGHT, 0.0
+        gradient = (linear + hessian @ point) / size
+        solver.setup(hessian / size, gradient, inner[kept], none, *ranges, low[:knots], high[:knots])
+        status = solver.solve()
+        values = np.clip(point + np.asarray(solver.result.x), *self.bounds)
+        if not np.isfinite(values).all() or self._miss(values) > EXACT:
+            raise SolveError(
+                f"the nearest reachable color was not found ({status}): the exact colors of the other cells leave this "
+                "material hardly any other reflectance. Make one of them not exact."
+            )
+        multipliers = np.zeros(equal.size)
+        multipliers[equal] = size * (outer[:, kept] / sizes[kept]) @ np.asarray(solver.result.y)
+        if (~equal).any():
+            multipliers[~equal] = size * (np.asarray(solver.result.z_u) - np.asarray(solver.result.z_l))
+        return values, multipliers
 
     def _extreme(self, direction: Array) -> Array | None:
         """Reflectance (n,) that reaches farthest in ``direction`` with the exact colors; None if there is none,

@@ -14,13 +14,13 @@ from spectral_core.palette import Cell, PaletteReflectance, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
+from spectral_core.palette.explain.exact_sets import smallest_conflict
 from spectral_core.palette.presets import split_light
 from spectral_core.palette.qp import engine as engine_module
 from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import PiqpAnswer, by_piqp, nearest_miss
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import Engine, solve
-from spectral_core.palette.qp.feasibility import smallest_conflict
 from spectral_core.palette.qp.general import reflectances_by_cvxpy
 from spectral_core.palette.qp.interior_point import interior_point
 from spectral_core.palette.qp.optimality import Check, checked
@@ -225,11 +225,11 @@ def test_the_smallest_set_of_conflicting_exact_rows_is_found(rng):
     problem = coupled_palette((3, 5, 31), rng)
     free = {(0, j): Cell.fixed((0.3, 0.3, 0.3), exact=True) for j in (1, 2, 3)}
     problem = problem.with_cells({**free, (0, 4): Cell.fixed((0.0, 0.9, 0.9), exact=True)})
-    quadratic = side_of(problem).quadratic
-    assert nearest_miss(quadratic) > 1e-3
-    answer = solve(quadratic)
+    side = side_of(problem)
+    assert nearest_miss(side.quadratic) > 1e-3
+    answer = solve(side.quadratic)
     assert answer.infeasible
-    cells = smallest_conflict(quadratic)
+    cells = smallest_conflict(problem, side)
     assert 1 <= len(cells) <= 4
     for released in cells:  # without any one of them the others can be satisfied
         fewer = {cell: problem.cells[cell[0]][cell[1]] for cell in cells if cell != released}

@@ -95,31 +95,48 @@ def weights(problem: PaletteProblem) -> tuple[dict[tuple[int, int], float], floa
 
 
 def groups(problem: PaletteProblem, weights: dict) -> list[tuple[dict, dict, tuple[np.ndarray, np.ndarray]]]:
-    """Members with weights, which are exact, and the box: cells joined by references, and lone boxed cells."""
-    sets: list[set] = []
-    weight_of: dict = {}
-    exact_of: dict = {}
-    for (i, j), weight in weights.items():
-        cell = problem.cells[i][j]
-        if cell.mode in (CellMode.SAME, CellMode.CONSTANT) or cell.box is not None:
-            joined = {(i, j), *cell.others}
-            for member in joined:
-                weight_of[member] = max(weight, weight_of.get(member, 0.0))
-                exact_of[member] = cell.exact or exact_of.get(member, False)
-            for old in [each for each in sets if each & joined]:
-                sets.remove(old)
-                joined |= old
-            sets.append(joined)
+    """Members with weights, which are exact, and the box: cells joined by references, and lone boxed cells.
+
+    No soft request makes exact ones harder: where it would, exact cells and soft ones are joined separately.
+    """
+    asking = {
+        at: cell
+        for at in weights
+        for cell in [problem.cells[at[0]][at[1]]]
+        if cell.mode in (CellMode.SAME, CellMode.CONSTANT) or cell.box is not None
+    }
     found = []
-    for members in sets:
-        low, high = np.full(3, -np.inf), np.full(3, np.inf)
-        for i, j in members:
-            box = problem.cells[i][j].box
-            if box is not None and (i, j) in weights:
-                low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
-        ordered = sorted(members)
-        found.append(({m: weight_of[m] for m in ordered}, {m: exact_of[m] for m in ordered}, (low, high)))
+    for part in _connected(asking):
+        exact = _connected({at: cell for at, cell in part.items() if cell.exact})
+        soft = {at: cell for at, cell in part.items() if not cell.exact}
+        binds = len(exact) > 1 or (len(exact) == 1 and any(cell.box is not None for cell in soft.values()))
+        for own in [*exact, *_connected(soft)] if binds else [part]:
+            weight_of: dict = {}
+            exact_of: dict = {}
+            low, high = np.full(3, -np.inf), np.full(3, np.inf)
+            for at, cell in own.items():
+                for member in {at, *cell.others}:
+                    weight_of[member] = max(weights[at], weight_of.get(member, 0.0))
+                    exact_of[member] = cell.exact or exact_of.get(member, False)
+                if cell.box is not None:
+                    low, high = np.maximum(low, cell.box[0]), np.minimum(high, cell.box[1])
+            ordered = sorted(weight_of)
+            found.append(({m: weight_of[m] for m in ordered}, {m: exact_of[m] for m in ordered}, (low, high)))
     return found
+
+
+def _connected(asking: dict) -> list[dict]:
+    """Asking cells in parts that share no cell, by spreading from each."""
+    left, parts = dict(asking), []
+    while left:
+        first = next(iter(left))
+        part, reached = {first: left.pop(first)}, {first, *asking[first].others}
+        while near := [at for at, cell in left.items() if reached & {at, *cell.others}]:
+            for at in near:
+                part[at] = left.pop(at)
+                reached |= {at, *part[at].others}
+        parts.append(part)
+    return parts
 
 
 def best_common(members: dict, exact: dict, box: tuple, metric: np.ndarray, shown: np.ndarray) -> np.ndarray:

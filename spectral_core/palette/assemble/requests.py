@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +34,10 @@ class Target:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Cells that share one free color. ``weights`` and ``exact`` per member; ``box``: (2, 3)."""
+    """Cells that share one free color. ``weights`` and ``exact`` per member; ``box``: (2, 3).
+
+    A cell may be in one group of exact cells and in one of soft ones.
+    """
 
     members: tuple[CellIndex, ...]
     weights: tuple[float, ...]
@@ -125,47 +129,66 @@ def _target(at: CellIndex, cell: Cell, weights: dict[CellIndex, float]) -> Targe
 
 
 def _groups(problem: PaletteProblem, weights: dict[CellIndex, float]) -> tuple[Group, ...]:
-    """Cells joined by "same" and "constant", and single free cells that are held in a box."""
-    root: dict[CellIndex, CellIndex] = {}
+    """Cells joined by "same" and "constant", and single free cells that are held in a box.
 
-    def find(at: CellIndex) -> CellIndex:
-        while root.setdefault(at, at) != at:
-            at = root[at]
-        return at
+    One free color for all cells that are joined, except where a soft request would then hold exactly: a soft link
+    between two sets of exact cells, or a soft box of a color that exact cells share. There each set of exact cells has
+    a color of its own, and the soft requests have another one, from which the exact cells may differ.
+    """
+    asking = [
+        (i, j)
+        for i, row in enumerate(problem.cells)
+        for j, cell in enumerate(row)
+        if (i, j) in weights and (cell.mode in (CellMode.SAME, CellMode.CONSTANT) or cell.box is not None)
+    ]
+    groups: list[Group] = []
+    for joined in _joined(problem, asking):
+        exact = [at for at in joined if problem.cells[at[0]][at[1]].exact]
+        soft = [at for at in joined if not problem.cells[at[0]][at[1]].exact]
+        sets = _joined(problem, exact) if exact and soft else []
+        is_apart = len(sets) > 1 or (sets and any(problem.cells[i][j].box is not None for i, j in soft))
+        parts = [*sets, *_joined(problem, soft)] if is_apart else [joined]
+        groups += [_group(problem, part, weights) for part in parts]
+    return tuple(groups)
 
+
+def _joined(problem: PaletteProblem, asking: Sequence[CellIndex]) -> list[list[CellIndex]]:
+    """Cells that ask for a shared color, in sets that share a member, both in the order in which they ask."""
+    sets: list[tuple[set[CellIndex], list[CellIndex]]] = []
+    for at in asking:
+        members, own = {at, *problem.cells[at[0]][at[1]].others}, [at]
+        for other in [each for each in sets if each[0] & members]:
+            sets.remove(other)
+            members, own = other[0] | members, other[1] + own
+        sets.append((members, own))
+    number = {at: k for k, at in enumerate(asking)}
+    return sorted((sorted(own, key=number.__getitem__) for _, own in sets), key=lambda own: number[own[0]])
+
+
+def _group(problem: PaletteProblem, asking: Sequence[CellIndex], weights: dict[CellIndex, float]) -> Group:
+    """The free color that some cells ask for; a member has the largest weight that asks for it."""
     weight: dict[CellIndex, float] = {}
     exact: dict[CellIndex, bool] = {}
-    for i, row in enumerate(problem.cells):
-        for j, cell in enumerate(row):
-            at = (i, j)
-            if at not in weights or (cell.mode not in (CellMode.SAME, CellMode.CONSTANT) and cell.box is None):
-                continue
-            find(at)
-            members = (at, *cell.others)
-            for other in members:
-                root[find(other)] = find(at)
-                weight[other] = max(weight.get(other, 0.0), weights[at])
-                exact[other] = exact.get(other, False) or cell.exact
-    gathered: dict[CellIndex, list[CellIndex]] = {}
-    for at in root:
-        gathered.setdefault(find(at), []).append(at)
-    return tuple(
-        Group(
-            tuple(members),
-            tuple(weight[at] for at in members),
-            tuple(exact[at] for at in members),
-            _box(problem, members, weights),
-        )
-        for members in map(sorted, gathered.values())
+    for at in asking:
+        cell = problem.cells[at[0]][at[1]]
+        for member in (at, *cell.others):
+            weight[member] = max(weight.get(member, 0.0), weights[at])
+            exact[member] = exact.get(member, False) or cell.exact
+    members = tuple(sorted(weight))
+    return Group(
+        members,
+        tuple(weight[at] for at in members),
+        tuple(exact[at] for at in members),
+        _box(problem, members, asking),
     )
 
 
-def _box(problem: PaletteProblem, members: list[CellIndex], weights: dict[CellIndex, float]) -> Array:
-    """The colors that all members allow; a member of weight 0 allows any."""
+def _box(problem: PaletteProblem, members: Sequence[CellIndex], asking: Sequence[CellIndex]) -> Array:
+    """The colors that all asking cells allow."""
     low, high = np.full(3, -np.inf), np.full(3, np.inf)
-    for i, j in members:
+    for i, j in asking:
         box = problem.cells[i][j].box
-        if box is not None and (i, j) in weights:
+        if box is not None:
             low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
     if np.any(low > high):
         names = ", ".join(cell_name(problem, cell) for cell in members)

@@ -42,9 +42,11 @@ class Assembler:
         self.shares = Shares()
         self._targets = {target.cell: target for target in requests.targets}
         self._blacks = {target.cell for target in requests.blacks}
-        self._members = {
-            cell: (number, k) for number, g in enumerate(requests.groups) for k, cell in enumerate(g.members)
-        }
+        self._members: dict[CellIndex, list[tuple[int, int]]] = {}
+        """Groups of each cell, and its number in each."""
+        for number, group in enumerate(requests.groups):
+            for k, cell in enumerate(group.members):
+                self._members.setdefault(cell, []).append((number, k))
 
     def free_items(self, side: Side) -> tuple[int, ...]:
         """Indices of the designed spectra of a side."""
@@ -125,8 +127,7 @@ class Assembler:
                 weight = self.row_weight(target.weight, target.exact, condition, cell)
                 own = target.weight**2 / COLOR_NORM**2
                 rows.append(Row(condition, cell, target.color, None, weight, own))
-        if cell in self._members:
-            number, k = self._members[cell]
+        for number, k in self._members.get(cell, ()):
             group = self.requests.groups[number]
             for condition in range(len(self.requests.conditions)):
                 column = columns.get((number, condition))
@@ -211,8 +212,7 @@ class Assembler:
         found = []
         for cell in view.cells_of(item):
             weight = self._targets[cell].weight if cell in self._targets else 0.0
-            if cell in self._members:
-                number, k = self._members[cell]
+            for number, k in self._members.get(cell, ()):
                 weight = max(weight, self.requests.groups[number].weights[k])
             if weight:
                 squared = (criterion.weight * weight / COLOR_NORM) ** 2

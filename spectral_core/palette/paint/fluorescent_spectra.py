@@ -18,6 +18,7 @@ from spectral_core.palette.assemble.criteria import REFERENCE_STEP_NM
 from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import COLOR_NORM
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.design.decided import Decision, decided
 from spectral_core.palette.design.rounds import is_nothing
 from spectral_core.palette.paint.fluorescence import FluorescentSurface
 from spectral_core.palette.paint.fluorescent_colors import FluorescentColors
@@ -51,6 +52,7 @@ class FluorescentSpectra:
         ]
         """(n + k,) each: reflectance, and amounts of dyes."""
         self._engines: dict[Side, Engine] = {"reflectances": Engine(), "lights": Engine()}
+        self._decided: dict[Side, Decision] = {}
         self._roughness: dict[Side, tuple[Array, Array]] = {
             "reflectances": weighted_roughness(problem.grid, problem.smoothness_operator, requests.smoothness),
             "lights": weighted_roughness(
@@ -71,7 +73,7 @@ class FluorescentSpectra:
     def half_round(self, side: Side) -> tuple[float, float]:
         """Solve one side: by how much its sum of squares fell, and its new value."""
         quadratic = self.assembled(side)
-        answer = self._engines[side].solve(quadratic)
+        answer = self._answered(side, quadratic)
         gained = _gain(quadratic, self._values(side), answer)
         for item, values in zip(self.free_items(side), answer.values, strict=True):
             if side == "lights":
@@ -85,10 +87,16 @@ class FluorescentSpectra:
         worst, settled = PERFECT, True
         for side in sides:
             quadratic = self.assembled(side)
-            answer = self._engines[side].solve(quadratic)
+            answer = self._answered(side, quadratic)
             worst = worst | answer.check
             settled = settled and is_nothing(*_gain(quadratic, self._values(side), answer))
         return worst, settled
+
+    def _answered(self, side: Side, quadratic: Quadratic) -> Answer:
+        """The engine's answer; a linear program decides about exact cells that the engine leaves open."""
+        answer = self._engines[side].solve(quadratic)
+        decision = self._decided[side] = decided(quadratic, answer, self._decided.get(side))
+        return decision.answer
 
     def colors(self) -> Array:
         """Linear RGB (R, L, 3)."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Test if exact rows can hold within the bounds, and find a smallest set of them that cannot (by daqp's phase one)."""
+"""Test if exact rows can hold within the bounds, by daqp's phase one; and if they can only in black."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from operator import is_
 
 import numpy as np
@@ -18,53 +18,12 @@ Mask = NDArray[np.bool_]
 
 REACHED = 1e-8
 """Linear RGB within which a row counts as held."""
-JOINT_LIMIT = 24
-"""Most exact cells of several spectra that are tested together; a test takes milliseconds."""
 CONFLICT = -1
 """daqp's flag of an infeasible problem."""
 ROOM = 1e-2
 """Distance to its bounds that counts as room for an unknown."""
 FORCED = 1e-7
 """Share of it that is rounding: an unknown with no more room is forced onto its bound."""
-
-
-def smallest_conflict(
-    problem: Quadratic, asking: Mapping[CellIndex, Sequence[CellIndex]] | None = None
-) -> tuple[CellIndex, ...]:
-    """A minimal set of exact cells that cannot all hold; empty if all can, or if none is a cell.
-
-    Single spectra are tested first: most conflicts are within one, and each test then takes microseconds.
-
-    Parameters
-    ----------
-    problem : one side of a palette.
-    asking : for each cell that shares a free color, the exact cells that ask for it: one may refer to another that asks
-        nothing itself. By default each asks for itself.
-    """
-    rows = [[(k, r) for r in range(len(block.keys)) if block.exact[3 * r]] for k, block in enumerate(problem.blocks)]
-    for k, keys in enumerate(rows):
-        if keys and not _possible(problem, [k], keys):
-            return _filtered(problem, [k], _by_request(problem, keys, asking or {}))
-    every = [key for keys in rows for key in keys]
-    blocks = list(range(len(problem.blocks)))
-    # A joint test is dense in all spectra; beyond the limit it would take longer than the solve that it saves.
-    if len(every) <= JOINT_LIMIT and every and not _possible(problem, blocks, every):
-        return _filtered(problem, blocks, _by_request(problem, every, asking or {}))
-    return ()
-
-
-def _by_request(
-    problem: Quadratic, keys: Sequence[tuple[int, int]], asking: Mapping[CellIndex, Sequence[CellIndex]]
-) -> dict[CellIndex, set[tuple[int, int]]]:
-    """Exact rows, each a block and its number of the row, by the cells that ask for them."""
-    found: dict[CellIndex, set[tuple[int, int]]] = {}
-    for k, r in keys:
-        block = problem.blocks[k]
-        cell = block.keys[r][1]
-        is_shared = block.ties[3 * r : 3 * r + 3].any()
-        for each in (asking.get(cell) or (cell,)) if is_shared else (cell,):
-            found.setdefault(each, set()).add((k, r))
-    return found
 
 
 def can_hold(problem: Quadratic, block: int, *, cells: bool = True) -> bool:
@@ -108,19 +67,6 @@ class ImpossibleBlocks:
             at = block.exact.nonzero()[0]
             before = self._tested[k] = asked, block.exact, at, block.targets[at], can_hold(problem, k)
         return before[4]
-
-
-def _filtered(
-    problem: Quadratic, blocks: list[int], rows: Mapping[CellIndex, set[tuple[int, int]]]
-) -> tuple[CellIndex, ...]:
-    """Deletion filter (Chinneck 2008): drop each cell without which the others still conflict."""
-    # One test per cell. The result is minimal but not unique: another order may keep other cells.
-    kept = list(rows)
-    for cell in rows:
-        fewer = [each for each in kept if each != cell]
-        if fewer and not _possible(problem, blocks, sorted(set().union(*(rows[each] for each in fewer)))):
-            kept = fewer
-    return tuple(kept)
 
 
 def _possible(problem: Quadratic, blocks: Sequence[int], keys: Sequence[tuple[int, int]]) -> bool:
@@ -191,12 +137,28 @@ def forced_black(problem: Quadratic) -> tuple[CellIndex, ...]:
         return ()
     _, values = problem.split(found.x[:n])
     _, forced = problem.split(found.x[n:] <= FORCED * room)
+    asked = _asked_black(problem)
     black: dict[CellIndex, None] = {}
     for block, value, fixed in zip(problem.blocks, values, forced, strict=True):
         for r, (_, cell) in enumerate(block.keys):
-            rows = block.rows[3 * r : 3 * r + 3]
+            at = slice(3 * r, 3 * r + 3)
+            rows, ties = block.rows[at], block.ties[at].any(axis=0)
             is_dark = np.abs(rows @ value).max() < REACHED and rows.any() and not rows[:, ~fixed.astype(bool)].any()
-            # A cell that asks for black is no surprise.
-            if block.exact[3 * r] and is_dark and (block.ties[3 * r].any() or block.targets[3 * r : 3 * r + 3].any()):
+            # A cell that asks for black, or for the color of such a cell, is no surprise.
+            is_asked = asked[ties].any() if ties.any() else not block.targets[at].any()
+            if block.exact[3 * r] and is_dark and not is_asked:
                 black[cell] = None
     return tuple(black)
+
+
+def _asked_black(problem: Quadratic) -> Mask:
+    """The free colors, three numbers each, of which an exact member asks for black, or shows it as given."""
+    found = np.repeat(np.all((problem.color_lower == 0) & (problem.color_upper == 0), axis=1), 3)
+    for block in problem.blocks:
+        exact = [(r, key) for r, key in enumerate(block.keys) if block.exact[3 * r]]
+        numbers = block.ties.any(axis=1) | (block.targets != 0)
+        own = {key for r, key in exact if not numbers[3 * r : 3 * r + 3].any()}
+        for r, key in exact:
+            if key in own:
+                found |= block.ties[3 * r : 3 * r + 3].any(axis=0)
+    return found

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fluorescent palettes with exact cells at the end of what their lights can show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
+from spectral_core.palette.paint.fluorescent_report import palette_solution
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.color import linear_rgb_from_xyz
+from spectral_core.spectra.fluorescence import FluorescentDye
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
+
+GRID = SpectralGrid.uniform(340, 780, 20.0)
+
+
+@pytest.mark.parametrize("edge", [460.0, 500.0, 540.0, 580.0, 620.0])
+@pytest.mark.parametrize("lamp", ["HP1", "FL11", "D65"])
+def test_colors_of_a_known_reflectance_hold_exactly(lamp, edge) -> None:
+    """A reflectance of 0.01 and 0.99 without dyes has these colors, so that they hold; some were called a conflict."""
+    lights = [normalized(illuminant(name)) for name in (lamp, "A")]
+    known = Reflectance("known", GRID, (GRID.wavelengths_nm > edge) * 0.98 + 0.01)
+    colors = [linear_rgb_from_xyz(xyz_of(light, known)) for light in lights]
+    cells = tuple(Cell.fixed(color, exact=True) for color in colors)
+    rows = (cells, (Cell.same_as((0, 0), exact=True), Cell.fixed((0.2, 0.2, 0.1))))
+    names = PaletteReflectance("edge"), PaletteReflectance("plain")
+    problem = PaletteProblem(GRID, tuple(map(PaletteLight, lights)), names, rows)
+    found = palette_solution(solve_fluorescent(problem, {0: [FluorescentDye.gaussian("green", 420, 530)]}))
+    assert found.status.trusted, found.remedy
+    assert np.abs(found.actual_linear_rgb[0] - colors).max() < 1e-9
+    assert np.abs(found.actual_linear_rgb[1, 0] - colors[0]).max() < 1e-9
