@@ -28,7 +28,9 @@ from .bindings import bound
 Shown = dict[int, tuple[Spectrum, float]]
 
 _shown: dict[int, Shown] = {}
-"""By scene, the spectra that are shown before they are applied. Not saved: an opened file shows its own spectra."""
+"""By scene, the spectra that are shown before they are applied. Not saved: they follow from the table."""
+_seen: set[int] = set()
+"""Scenes whose table has been looked at; an opened file and a copy of a scene bring others."""
 RELIT = "Re-lit from the recording"
 RENDERED = "Rendered anew"
 
@@ -43,6 +45,7 @@ def shown_in(scene: Scene) -> Shown:
 def follow(scene: Scene) -> None:
     """Show the palette's solution; ``palette.picture`` selects how."""
     palette = scene.spectral.palette
+    _seen.add(scene.session_uid)
     if not palette.in_viewport or palette.allow_negative or palette.status in ("", "inaccurate", "invisible"):
         forget(scene)
         return
@@ -58,6 +61,14 @@ def follow(scene: Scene) -> None:
         return
     why = _relight(scene, {block: now[key] for key, block in blocks.items() if key in now})
     palette.picture = f"{RENDERED}: {why}" if why else RELIT
+
+
+def follow_new(scene: Scene) -> None:
+    """Show the stored solution of a scene that was opened or copied, as the option in its table states."""
+    if bpy.app.background or scene.session_uid in _seen or bpy.app.is_job_running("RENDER"):
+        return
+    _seen.add(scene.session_uid)
+    _switched(scene.spectral.palette)
 
 
 def forget(scene: Scene) -> None:
@@ -90,7 +101,7 @@ def _relight(scene: Scene, blocks: dict[ID, tuple[Spectrum, float]]) -> str:
     if not why:
         kept_mix.design(scene, lights)
         try:
-            dial_live.show(scene, quick=True)
+            dial_live.show_soon(scene)
         except (SpectralError, OSError) as error:
             scene.spectral.dial.message = ""
             why = str(error)
@@ -140,6 +151,7 @@ def _switched(palette: PropertyGroup) -> None:
 @bpy.app.handlers.persistent
 def _after_load(*_: object) -> None:
     _shown.clear()
+    _seen.clear()
 
 
 def register() -> None:
@@ -153,3 +165,4 @@ def unregister() -> None:
     bpy.app.handlers.load_post.remove(_after_load)
     hooks.ignore(Topic.PALETTE_PICTURE)
     _shown.clear()
+    _seen.clear()
