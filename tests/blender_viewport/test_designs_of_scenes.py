@@ -54,7 +54,7 @@ def test_an_undo_in_another_scene_shows_the_colors_of_before(other):
 def windowed(monkeypatch):
     """Blender as the module sees it in a window."""
     app = SimpleNamespace(background=False, is_job_running=lambda _kind: False)
-    monkeypatch.setattr(picture, "bpy", SimpleNamespace(app=app, types=bpy.types, context=bpy.context))
+    monkeypatch.setattr(picture, "bpy", SimpleNamespace(app=app, types=bpy.types, context=bpy.context, data=bpy.data))
 
 
 def evaluated(scene):
@@ -79,7 +79,6 @@ def test_an_opened_file_shows_the_design_that_its_panel_states(other, windowed, 
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)
     opened = bpy.data.scenes["Other"]
-    evaluated(opened)
     assert shown_color(opened) == pytest.approx(red, rel=1e-6)
 
 

@@ -52,12 +52,13 @@ def follow(scene: Scene) -> None:
     before = shown_in(scene)
     blocks, found = _found(palette)
     now = {key: before[key] if key in before and equal(before[key], new) else new for key, new in found.items()}
+    if not now and palette.picture:
+        palette.picture = ""
     if now.keys() == before.keys() and all(now[key] is before[key] for key in now):
         return
     _shown[scene.session_uid] = now
     scene.update_tag()  # notifies the viewports
     if not now:
-        palette.picture = ""
         return
     why = _relight(scene, {block: now[key] for key, block in blocks.items() if key in now})
     palette.picture = f"{RENDERED}: {why}" if why else RELIT
@@ -152,6 +153,8 @@ def _switched(palette: PropertyGroup) -> None:
 def _after_load(*_: object) -> None:
     _shown.clear()
     _seen.clear()
+    for scene in bpy.data.scenes:  # Blender reports no evaluation of an opened file
+        follow_new(scene)
 
 
 def register() -> None:
