@@ -57,18 +57,17 @@ def windowed(monkeypatch):
     monkeypatch.setattr(picture, "bpy", SimpleNamespace(app=app, types=bpy.types, context=bpy.context, data=bpy.data))
 
 
-def evaluated(scene):
+def shown_in_a_view(stage, scene):
+    """A window's view begins to show a scene; Blender calls no handler for a copy."""
     with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
-        bpy.context.view_layer.update()  # builds the depsgraph, without a window before any handler is called
-        scene.update_tag()
-        bpy.context.view_layer.update()
+        stage.session.update(stage.context, bpy.context.evaluated_depsgraph_get())
 
 
-def test_a_copied_scene_shows_the_design_that_its_panel_states(other, windowed):
+def test_a_copied_scene_shows_the_design_that_its_panel_states(stage, other, windowed):
     copied = other.copy()
     assert picture.shown_in(copied) == {}
     assert copied.spectral.palette.picture.startswith(picture.RENDERED)
-    evaluated(copied)
+    shown_in_a_view(stage, copied)
     assert shown_color(copied) == pytest.approx(shown_color(other), rel=1e-6)
     bpy.data.scenes.remove(copied)
 
@@ -82,10 +81,10 @@ def test_an_opened_file_shows_the_design_that_its_panel_states(other, windowed, 
     assert shown_color(opened) == pytest.approx(red, rel=1e-6)
 
 
-def test_a_copied_scene_whose_option_is_off_shows_the_file(other, windowed):
+def test_a_copied_scene_whose_option_is_off_shows_the_file(stage, other, windowed):
     other.spectral.palette.in_viewport = False
     copied = other.copy()
-    evaluated(copied)
+    shown_in_a_view(stage, copied)
     assert picture.shown_in(copied) == {}
     bpy.data.scenes.remove(copied)
 

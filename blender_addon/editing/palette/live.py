@@ -119,7 +119,6 @@ def _before_update(scene: bpy.types.Scene, *_: object) -> None:
     """Solve before Blender draws the edit: the first redraw then shows its colors, not only the second."""
     if threading.current_thread() is threading.main_thread():  # the depsgraphs of renders are updated by other threads
         LIVE.flush(scene)
-        picture.follow_new(scene)
 
 
 @bpy.app.handlers.persistent

@@ -19,6 +19,7 @@ from ...properties import hooks
 from ...properties.hooks import Topic
 from ...translate.palette.apply import designed
 from ...translate.spectra.stored import stored_samples, strength_of
+from ..deferred import Deferred
 from ..dial import kept_mix
 from ..dial import live as dial_live
 from ..dial.members import block_of
@@ -70,6 +71,15 @@ def follow_new(scene: Scene) -> None:
         return
     _seen.add(scene.session_uid)
     _switched(scene.spectral.palette)
+
+
+def look_at(scene: Scene) -> None:
+    """``follow_new``, soon: a view begins to show a scene. Blender calls no handler for a copy of a scene."""
+    if scene.session_uid not in _seen:
+        NEW.request(scene)
+
+
+NEW = Deferred(follow_new, delay_seconds=0.0)
 
 
 def forget(scene: Scene) -> None:
@@ -167,5 +177,6 @@ def unregister() -> None:
     """Stop showing the solution."""
     bpy.app.handlers.load_post.remove(_after_load)
     hooks.ignore(Topic.PALETTE_PICTURE)
+    NEW.cancel()
     _shown.clear()
     _seen.clear()
