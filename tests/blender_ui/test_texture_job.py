@@ -80,7 +80,7 @@ def test_a_cancelled_design_is_over_at_once(scene: Any) -> None:
 
 def test_an_undo_of_a_later_edit_keeps_the_designed_texture(scene: Any, monkeypatch: Any) -> None:
     monkeypatch.setattr(texture_job.child, "command", lambda *_: [sys.executable, "-c", "print('done', flush=True)"])
-    monkeypatch.setattr(texture_job, "_take_over", lambda design, _: setattr(design, "texture_file", "made.exr"))
+    monkeypatch.setattr(texture_job, "_take_over", lambda found, _: setattr(found, "texture_file", "made.exr"))
     bpy.ops.ed.undo_push(message="before")
     started(scene).wait()
     assert texture_job.tick() is None

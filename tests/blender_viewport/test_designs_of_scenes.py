@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several scenes, each with a palette: views show the design of their scene's table after an undo, a copy and a load."""
+"""Several scenes with palettes: views show the design of their scene's table after an undo, a copy and a load."""
 
 from __future__ import annotations
 
