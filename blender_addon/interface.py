@@ -15,7 +15,7 @@ FEATURES = {
         "texture_design", "recipe", "viewport", "scene", "volume", "texture",
     ),
     "editing": (
-        "pauses", "garbage", "viewport.session", "spectrum", "texture", "palette.live", "palette.picture", "dial.live",
+        "pauses", "garbage", "viewport.session", "spectrum", "texture", "dial.live", "palette.live", "palette.picture",
         "dial.changes", "board.live", "sweep", "texture_job",
     ),
     "operators": (

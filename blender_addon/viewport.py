@@ -89,7 +89,7 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
     if not frames:
         is_loading = not any(picture.trouble for picture in pictures)
         return "", "Paused" if settings.is_paused else "Loading the scene" if is_loading else ""
-    kind = "Spectral" if frames[0].is_spectral else "RGB"
+    kind = " and ".join(dict.fromkeys("Spectral" if frame.is_spectral else "RGB" for frame in frames))
     samples, seconds = min(frame.samples for frame in frames), max(frame.seconds for frame in frames)
     left = f" | {left_s:.0f} s left" if (left_s := time_left(samples, settings.samples, seconds)) >= 1 else ""
     memory = max(frame.memory for frame in frames) / 1e6

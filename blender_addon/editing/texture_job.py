@@ -141,9 +141,13 @@ def watch() -> None:
 
 def tick() -> float | None:
     """Update the progress. Blender's timer calls this."""
-    is_running = look()
+    was_open, is_running = _job is not None, look()
     redraw("VIEW_3D")
-    return POLL_S if is_running else None
+    if is_running:
+        return POLL_S
+    if was_open:  # else the next undo of something else would take the outcome away, too
+        bpy.ops.ed.undo_push(message="Design Texture")
+    return None
 
 
 def wait() -> None:

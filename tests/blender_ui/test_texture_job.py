@@ -78,6 +78,19 @@ def test_a_cancelled_design_is_over_at_once(scene: Any) -> None:
         bpy.ops.spectral.texture_cancel()
 
 
+def test_an_undo_of_a_later_edit_keeps_the_designed_texture(scene: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr(texture_job.child, "command", lambda *_: [sys.executable, "-c", "print('done', flush=True)"])
+    monkeypatch.setattr(texture_job, "_take_over", lambda found, _: setattr(found, "texture_file", "made.exr"))
+    bpy.ops.ed.undo_push(message="before")
+    started(scene).wait()
+    assert texture_job.tick() is None
+    before, scene.render.resolution_x = scene.render.resolution_x, 123
+    bpy.ops.ed.undo_push(message="moved")
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.render.resolution_x == before != 123
+    assert bpy.context.scene.spectral.texture.texture_file == "made.exr"
+
+
 def test_a_process_that_has_ended_is_no_design(scene: Any) -> None:
     """Even before the timer has noticed it."""
     process = started(scene)

@@ -67,3 +67,16 @@ def test_the_corner_of_a_denoised_view_says_so():
     assert state(True) == "Spectral | Sample 8/16, denoised | 2.0 s | 2 s left | 100 MB"
     assert state(False) == "Spectral | Sample 8/16 | 2.0 s | 2 s left | 100 MB"
     assert "denoised" not in state(True, False), "one side of a split view still shows its noise"
+
+
+def test_the_corner_of_a_split_view_names_the_transport_of_both_sides():
+    def kind(*spectral: bool) -> str:
+        frames = [
+            Frame("v", 1, Place(0, 1, 1, 1), 1, (0, 0), 8, False, 2.0, 10**8, "", each, 0, ()) for each in spectral
+        ]
+        pictures = [SimpleNamespace(shown=Shown(None, frame), is_current=True) for frame in frames]
+        return words(pictures, SimpleNamespace(is_paused=False, samples=16))[0].partition(" | ")[0]
+
+    assert kind(False, True) == "RGB and Spectral"
+    assert kind(True, True) == "Spectral"
+    assert kind(False) == "RGB"

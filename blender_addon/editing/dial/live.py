@@ -21,7 +21,17 @@ from ...properties import hooks
 from ...properties.hooks import Topic
 from ..behind import Behind
 from ..deferred import Deferred, redraw
-from .kept_mix import designed_factors, forget_mixes, is_known, known_mix, live_mix, mix_of, remember, stamp_of
+from .kept_mix import (
+    MISSING,
+    designed_factors,
+    forget_mixes,
+    is_known,
+    known_mix,
+    live_mix,
+    mix_of,
+    remember,
+    stamp_of,
+)
 from .paths import follow_save, note_paths, transport_path
 from .picture import picture_for, picture_of, place
 
@@ -66,6 +76,15 @@ def show(scene: Scene, *, quick: bool = False) -> Any:
         _prepare_drag(scene, mix)
     place(scene, image, over_camera=dial.over_camera)
     return image
+
+
+def show_soon(scene: Scene) -> None:
+    """``show`` for a light that is dragged; a recording that is not in memory is read on a thread first."""
+    stamp = stamp_of(transport_path(scene.spectral.dial))
+    if bpy.app.background or is_known(scene, stamp) or stamp[1:] == MISSING:
+        show(scene, quick=True)
+    else:
+        changed(scene)
 
 
 def _prepare_drag(scene: Scene, mix: Any) -> None:
@@ -167,8 +186,10 @@ def _after_frame(scene: Scene | None, *_rest: object) -> None:
 
 @bpy.app.handlers.persistent
 def _after_undo(scene: Scene | None, *_rest: object) -> None:
-    if scene is not None:
-        changed(scene)
+    """An undo changes the dials of all scenes; Blender names only that of the window in which it was called."""
+    for each in bpy.data.scenes:
+        if each == scene or known_mix(each) is not None:
+            changed(each)
 
 
 @bpy.app.handlers.persistent
@@ -180,7 +201,8 @@ def _after_load(*_: object) -> None:
     READS.stop()
     HALVES.stop()
     if not bpy.app.background:
-        changed(bpy.context.scene)
+        for scene in {window.scene for window in bpy.context.window_manager.windows}:
+            changed(scene)
 
 
 HANDLERS = {"frame_change_post": _after_frame, "undo_post": _after_undo, "redo_post": _after_undo,

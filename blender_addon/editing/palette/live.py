@@ -88,13 +88,18 @@ LIVE = Deferred(_follow, _finish, delay_seconds=DELAY_SECONDS, rest_seconds=REST
 
 
 @bpy.app.handlers.persistent
-def _after_undo(scene: bpy.types.Scene | None, *_rest: object) -> None:
+def _after_undo(*_: object) -> None:
+    """An undo changes the tables of all scenes; Blender names only that of the window in which it was called."""
+    for scene in bpy.data.scenes:
+        if len(scene.spectral.palette.materials) or picture.shown_in(scene):
+            _undone(scene)
+
+
+def _undone(scene: bpy.types.Scene) -> None:
     """Blender stores an undo step before the timer has solved, so a step may contain new targets with older results.
 
     A step with its own results keeps them, and so does a table that is not live; the picture shows them.
     """
-    if scene is None or not (len(scene.spectral.palette.materials) or picture.shown_in(scene)):
-        return
     palette = scene.spectral.palette
     for solver in (SOLVES, FINISHES):
         solver.drop(scene)  # it solves the table before the undo

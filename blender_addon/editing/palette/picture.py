@@ -20,6 +20,7 @@ from ...properties.hooks import Topic
 from ...properties.render import ENGINE
 from ...translate.palette.apply import designed
 from ...translate.spectra.stored import stored_samples, strength_of
+from ..deferred import Deferred
 from ..dial import kept_mix
 from ..dial import live as dial_live
 from ..dial.members import block_of
@@ -29,7 +30,9 @@ from .bindings import bound
 Shown = dict[int, tuple[Spectrum, float]]
 
 _shown: dict[int, Shown] = {}
-"""By scene, the spectra that are shown before they are applied. Not saved: an opened file shows its own spectra."""
+"""By scene, the spectra that are shown before they are applied. Not saved: they follow from the table."""
+_seen: set[int] = set()
+"""Scenes whose table has been looked at; an opened file and a copy of a scene bring others."""
 RELIT = "Re-lit from the recording"
 RENDERED = "Rendered anew"
 
@@ -44,21 +47,40 @@ def shown_in(scene: Scene) -> Shown:
 def follow(scene: Scene) -> None:
     """Show the palette's solution; ``palette.picture`` selects how."""
     palette = scene.spectral.palette
+    _seen.add(scene.session_uid)
     if not palette.in_viewport or palette.allow_negative or palette.status in ("", "inaccurate", "invisible"):
         forget(scene)
         return
     before = shown_in(scene)
     blocks, found = _found(palette)
     now = {key: before[key] if key in before and equal(before[key], new) else new for key, new in found.items()}
+    if not now and palette.picture:
+        palette.picture = ""
     if now.keys() == before.keys() and all(now[key] is before[key] for key in now):
         return
     _shown[scene.session_uid] = now
     scene.update_tag()  # notifies the viewports
     if not now:
-        palette.picture = ""
         return
     why = _relight(scene, {block: now[key] for key, block in blocks.items() if key in now})
     palette.picture = f"{RENDERED}: {why}" if why else RELIT
+
+
+def follow_new(scene: Scene) -> None:
+    """Show the stored solution of a scene that was opened or copied, as the option in its table states."""
+    if bpy.app.background or scene.session_uid in _seen or bpy.app.is_job_running("RENDER"):
+        return
+    _seen.add(scene.session_uid)
+    _switched(scene.spectral.palette)
+
+
+def look_at(scene: Scene) -> None:
+    """``follow_new``, soon: a view begins to show a scene. Blender calls no handler for a copy of a scene."""
+    if scene.session_uid not in _seen:
+        NEW.request(scene)
+
+
+NEW = Deferred(follow_new, delay_seconds=0.0)
 
 
 def forget(scene: Scene) -> None:
@@ -91,7 +113,7 @@ def _relight(scene: Scene, blocks: dict[ID, tuple[Spectrum, float]]) -> str:
     if not why:
         kept_mix.design(scene, lights)
         try:
-            dial_live.show(scene, quick=True)
+            dial_live.show_soon(scene)
         except (SpectralError, OSError) as error:
             scene.spectral.dial.message = ""
             why = str(error)
@@ -141,6 +163,9 @@ def _switched(palette: PropertyGroup) -> None:
 @bpy.app.handlers.persistent
 def _after_load(*_: object) -> None:
     _shown.clear()
+    _seen.clear()
+    for scene in bpy.data.scenes:  # Blender reports no evaluation of an opened file
+        follow_new(scene)
 
 
 def register() -> None:
@@ -153,4 +178,6 @@ def unregister() -> None:
     """Stop showing the solution."""
     bpy.app.handlers.load_post.remove(_after_load)
     hooks.ignore(Topic.PALETTE_PICTURE)
+    NEW.cancel()
     _shown.clear()
+    _seen.clear()

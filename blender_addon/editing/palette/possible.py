@@ -26,6 +26,8 @@ SIZE = 96
 POLL_SECONDS = 0.05
 VISIBLE = 1.0
 """ΔE2000 from which a difference is visible."""
+NOTHING = 0.05
+"""ΔE2000 below which a difference reads as 0.0: a nearest color that was taken lies on the edge of what is possible."""
 _pictures: dict[int, NDArray[np.float32]] = {}
 """Picture of the last answer by scene. Not saved: an opened file computes it again."""
 
@@ -87,7 +89,7 @@ def keep(scene: Scene, known: Answer) -> PropertyGroup:
     answer.asked = np.clip(display_rgb_from_linear(known.question.wanted), 0, 1)
     answer.nearest = np.clip(display_rgb_from_linear(known.found.color), 0, 1)
     answer.nearest_linear = known.found.color
-    answer.reachable = known.found.reachable
+    answer.reachable = is_possible(known.found)
     answer.words = known.words
     _pictures[scene.session_uid] = known.picture
     return answer
@@ -173,11 +175,16 @@ def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArr
     return lights, np.array(actual, dtype=np.float64)
 
 
+def is_possible(found: NearestColor) -> bool:
+    """True if the nearest color cannot be told from the wanted one."""
+    return found.reachable or found.delta_e_2000 < NOTHING
+
+
 def _words(
     lights: tuple[str, ...], colors: PossibleColors, found: NearestColor, wanted: NDArray[np.float64]
 ) -> list[str]:
     """Text of the answer."""
-    if found.reachable:
+    if is_possible(found):
         lines = ["Possible."]
     else:
         lines = [f"Not possible; the nearest color is ΔE {found.delta_e_2000:.1f} away."]
@@ -201,7 +208,7 @@ def _picture(colors: PossibleColors, wanted: NDArray[np.float64], found: Nearest
     shown = display_rgb_from_linear(np.clip(section_linear_rgb(lightness, SIZE), 0, 1))
     picture = np.where(inside[..., None], shown, 0.12 + 0.12 * shown)
     picture = _marked(picture, lab, ring=True)
-    if not found.reachable:
+    if not is_possible(found):
         picture = _marked(picture, lab_from_linear_rgb(np.clip(found.color, 0, None)), ring=False)
     return np.concatenate([picture, np.ones((SIZE, SIZE, 1))], axis=2).astype(np.float32)
 

@@ -31,7 +31,7 @@ from ...translate.viewport.shown import shown_by, shows_a_part
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..dial.picture import covers
-from ..palette.picture import shown_in
+from ..palette.picture import look_at, shown_in
 from ..pauses import pause, paused_seconds
 from . import freed, previews, stages
 from .patience import Patience
@@ -158,6 +158,7 @@ class ViewSession:
             self.leave()
             self._stage = stage
             _stages.setdefault(stage, Stage()).users.add(self.name)
+            look_at(depsgraph.scene)
         return stage
 
     def _translated(self, context: Any, depsgraph: Any, stage: Stage) -> Scene:
