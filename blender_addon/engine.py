@@ -114,7 +114,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
 
     def _render(self, depsgraph: Any) -> RenderResult:
         """Render each view (one, except for stereo); returns the last view's result."""
-        wanted, scene, notes = jobs.current_request(), None, []
+        wanted, scene = jobs.current_request(), None
+        notes: list[Note] = []
         for view in self._views(depsgraph.view_layer_eval.name):
             if self._should_stop():
                 raise RenderCancelled("stopped before the first sample")

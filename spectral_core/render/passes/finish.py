@@ -90,10 +90,7 @@ def _light(job: RenderJob, wanted: Passes, samples: float) -> tuple[dict[str, Ar
     rows: dict[str, Any] = {**LIGHT_ROWS, **light_group_names(wanted.light_groups)}
     pictures = _pictures(sums, len(rows))
     names = [*wanted.light, *(GROUP_PREFIX + group for group in wanted.light_groups)]
-    found = {name: pictures[..., rows[name], :] for name in names}
-    if job.scene.film.transparent and "Environment" in found:
-        found["Environment"] = np.zeros_like(found["Environment"])
-    return found, notes
+    return {name: pictures[..., rows[name], :] for name in names}, notes
 
 
 def _pictures(sums: Accumulator, rows: int) -> Array:
