@@ -16,6 +16,7 @@ from spectral_core.scene import (
     Color,
     Diffuse,
     Film,
+    Glass,
     Holdout,
     Instance,
     Material,
@@ -47,10 +48,13 @@ def _render(materials, instances, names, *, size=24, samples=32, aovs=()):
     return render_scene(scene).passes
 
 
-def test_light_without_its_color_is_even_up_to_the_edge_of_a_surface():
+@pytest.mark.parametrize(
+    "surface", [Diffuse(Color([0.5, 0.1, 0.02])), MixSurface(0.9, Diffuse(Color([0.5, 0.1, 0.02])), Glass())]
+)
+def test_light_without_its_color_is_even_up_to_the_edge_of_a_surface(surface):
     """A surface of any color under the sun has the same light, also in pixels that one ray in a hundred meets."""
     wall = Instance("wall", "square", at(0.07, 0.03, -5, 0.9, ("z", 31)), ("paint",))
-    made = _render((Material("paint", Diffuse(Color([0.5, 0.1, 0.02]))),), (wall,), ("Diffuse Direct",))
+    made = _render((Material("paint", surface),), (wall,), ("Diffuse Direct",))
     light = made["Diffuse Direct"]
     covered = light[light > 0]
     assert 0.2 < (light > 0).mean() < 0.8

@@ -121,7 +121,8 @@ class DataPasses(LobeColors):
             self._put(self._drawn, weight, mi.Bool(True))
         bounds = dr.opaque(mi.UInt32, MOST_PASSED)
         rules = first_hit.rules
-        fills = None if rules is None else rules.media
+        assert rules is not None, "a scene without tables has no surfaces"
+        fills = rules.media
 
         def body(
             origin: Any, length: Any, shares: Any, done: Any, fog: Any, layers: Any, walking: Any, *slots: Any

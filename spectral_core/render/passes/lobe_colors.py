@@ -15,8 +15,7 @@ from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.numbers import table
 from spectral_core.render.trace.accumulate import Accumulator
-from spectral_core.render.trace.lobes import drawn_parts
-from spectral_core.scene.passes import LOBES
+from spectral_core.render.trace.lobes import drawn_parts, of_fiber
 
 WHITE_NM = np.arange(360.0, 831.0)
 RAREST = 1e-4
@@ -64,12 +63,36 @@ class LobeColors(Accumulator):
         usable = seen & ~straight & dr.all(dr.isfinite(weight))
         diffuse, glossy = drawn_parts(mi, dr, si, bsdf, bs, usable & ~dives)
         weight = dr.select(dives, weight * bs.pdf, weight)
-        diffuse, glossy = dr.select(dives, mi.Spectrum(1.0), diffuse), dr.select(dives, 0.0, glossy)
-        lit = dr.select(usable, clear * weight * self._white_at(si), 0.0)
-        shares = dict(zip(LOBES, (diffuse, glossy, 1.0 - diffuse - glossy), strict=True))
+        # the color of hair is that of its reflecting lobes, as in Cycles
+        is_hair = of_fiber(mi, bsdf.flags())
+        glossy = dr.select(is_hair & ~mi.has_flag(bs.sampled_type, mi.BSDFFlags.Reflection), 0.0, glossy)
+        through = dr.select(is_hair, 0.0, 1.0 - diffuse - glossy)
+        white = clear * self._white_at(si)
+        drawn = dr.select(usable, weight, 0.0)
+        beneath = dr.select(dives, drawn, 0.0)
+        seen_parts = {
+            "Diffuse": beneath + self._matt(hit, draws[1], seen),
+            "Glossy": dr.select(dives, 0.0, drawn * glossy),
+            "Transmission": dr.select(dives, 0.0, drawn * through),
+        }
         for lobe in self._colors:
-            color = self._measured(lit * shares[lobe])
-            self._add(f"{lobe} Color", (color.x, color.y, color.z), usable)
+            color = self._measured(white * seen_parts[lobe])
+            self._add(f"{lobe} Color", (color.x, color.y, color.z), seen)
+
+    def _matt(self, hit: tuple[Any, Any], draw: Any, seen: Any) -> Any:
+        """Color of the diffuse lobes alone, which no chance of drawing another lobe affects, toward both sides."""
+        mi, dr = self._mi, self._dr
+        si, bsdf = hit
+        asked = mi.BSDFContext()
+        asked.type_mask = int(mi.BSDFFlags.Diffuse)
+        is_matt = seen & ((bsdf.flags() & asked.type_mask) != 0)
+        out = mi.warp.square_to_cosine_hemisphere(draw)
+        total = mi.Spectrum(0.0)
+        for side in (1.0, -1.0):
+            wo = mi.Vector3f(out.x, out.y, out.z * side)
+            value = bsdf.eval_pdf(asked, si, wo, is_matt)[0]
+            total += dr.select(is_matt & dr.all(dr.isfinite(value)), value * dr.pi / dr.maximum(out.z, 1e-4), 0.0)
+        return total
 
     def _add(self, name: str, values: tuple[Any, ...], active: Any) -> None:
         """Add numbers to a pass of the pixel, if it is requested."""
