@@ -113,10 +113,32 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self._write_nothing(layer)
 
     def _render(self, depsgraph: Any) -> RenderResult:
-        """Translate once, render each view (one, except for stereo); returns the last view's result."""
+        """Render each view (one, except for stereo); returns the last view's result."""
+        wanted, scene = jobs.current_request(), None
+        notes: list[Note] = []
+        for view in self._views(depsgraph.view_layer_eval.name):
+            if self._should_stop():
+                raise RenderCancelled("stopped before the first sample")
+            if view:
+                self.active_view_set(view)
+            if scene is None or _has_own_cameras(depsgraph.scene_eval):
+                scene, color_matrix = self._translated(depsgraph)
+            self.update_stats("", "Starting the renderer")
+            place = _Place(depsgraph.view_layer_eval.name, view, color_matrix, has_holes(scene))
+            result = self._render_view(self._seen_from(scene, depsgraph), place, wanted.options)
+            if wanted.rendered is not None:
+                wanted.rendered(result, place.layer, view)
+            notes += result.notes
+            if result.status == "cancelled":
+                break
+        return replace(result, notes=tuple(dict.fromkeys(notes)))
+
+    def _translated(self, depsgraph: Any) -> tuple[Scene, NDArray[np.float64] | None]:
+        """The scene of the active view, with what the running request changes, and the matrix of its colors."""
         self.update_stats("", "Translating the scene")
-        scene = translate_scene(depsgraph, camera=self.camera_override, is_moving=True)
-        scene = with_motion(scene, depsgraph, self.camera_override, self._set_frame)
+        camera = self.camera_override  # of the active view
+        scene = translate_scene(depsgraph, camera=camera, is_moving=True)
+        scene = with_motion(scene, depsgraph, camera, self._set_frame)
         passes = passes_of(depsgraph.scene_eval, depsgraph.view_layer_eval)
         scene = replace(
             scene,
@@ -127,20 +149,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         if not look.is_plain:
             text = "it is rendered under a light of the Look panel; choose As It Is there for its own lamps"
             scene = look.on(replace(scene, notes=(*scene.notes, Note("Look", text))))
-        wanted = jobs.current_request()
-        if wanted.translated is not None:
-            scene = wanted.translated(scene)
-        for view in self._views(depsgraph.view_layer_eval.name):
-            if self._should_stop():
-                raise RenderCancelled("stopped before the first sample")
-            self.update_stats("", "Starting the renderer")
-            place = _Place(depsgraph.view_layer_eval.name, view, shown_from_rgb(look.picture_matrix), has_holes(scene))
-            result = self._render_view(self._seen_from(scene, depsgraph, view), place, wanted.options)
-            if wanted.rendered is not None:
-                wanted.rendered(result, place.layer, view)
-            if result.status == "cancelled":
-                break
-        return result
+        translated = jobs.current_request().translated
+        return scene if translated is None else translated(scene), shown_from_rgb(look.picture_matrix)
 
     def _render_view(self, scene: Scene, place: _Place, options: dict[str, Any]) -> RenderResult:
         def show(progress: Progress) -> None:
@@ -169,11 +179,10 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         self.end_result(result, cancel=True)
         return names or [""]
 
-    def _seen_from(self, scene: Scene, depsgraph: Any, view: str) -> Scene:
-        """The scene for an eye of a stereo render."""
-        if not depsgraph.scene_eval.render.use_multiview:
+    def _seen_from(self, scene: Scene, depsgraph: Any) -> Scene:
+        """The scene for the active eye of a stereo render."""
+        if not depsgraph.scene_eval.render.use_multiview or _has_own_cameras(depsgraph.scene_eval):
             return scene
-        self.active_view_set(view)
         eye = self.camera_override or depsgraph.scene_eval.camera
         matrix = np.asarray(self.camera_model_matrix(eye), dtype=np.float64).reshape(4, 4)
         shift = (self.camera_shift_x(eye), scene.camera.shift[1])
@@ -242,6 +251,11 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         jobs.record(jobs.RenderRecord(frame, layer, "failed", message))
         self.error_set(message)  # the text in the image editor
         self.report({"ERROR"}, message)  # makes the operator fail, also in an animation
+
+
+def _has_own_cameras(scene: Any) -> bool:
+    """True if each view has a camera of its own, with its own lens, clip distances and depth of field."""
+    return bool(scene.render.use_multiview and scene.render.views_format == "MULTIVIEW")
 
 
 def _clock(seconds: float) -> str:

@@ -132,6 +132,7 @@ class RenderJob:
                 self.scene.film.transparent,
                 self._loaded.background,
                 Tables(self._mitsuba, self._loaded.rules),
+                any(light.camera_visible for light in self.scene.lights),
                 self._loaded,
             )
             names = list(self._loaded.switches) if measure.groups else [""]

@@ -161,3 +161,18 @@ def test_a_muted_link_of_the_alpha_does_not_count(build, translate):
     tree.links.remove(link)
     np.testing.assert_allclose(muted, np.ravel(colors(translate(), (0.5, 0.5)))[0])
     assert muted < 0.3 * apart  # multiplied by alpha, as without a link
+
+
+@pytest.mark.parametrize("mode", ["STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE"])
+def test_floats_in_srgb_are_decoded_after_filtering_as_in_cycles(build, translate, tmp_path, mode):
+    """Halfway between two pixels is the mean of the file's numbers, with the curve of sRGB undone."""
+    openexr = pytest.importorskip("OpenEXR")
+    numbers = np.random.default_rng(5).uniform(0.05, 0.95, (4, 4, 4)).astype(np.float32)
+    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
+    openexr.File(header, {"RGBA": numbers}).write(str(tmp_path / "colors.exr"))
+    image = bpy.data.images.load(str(tmp_path / "colors.exr"))
+    textured(build, image)
+    image.colorspace_settings.name, image.alpha_mode = "sRGB", mode
+    mean = (numbers[2, 1, :3] + numbers[2, 2, :3]) / 2  # row 0 of the file is at the top
+    wanted = ((mean + 0.055) / 1.055) ** 2.4
+    np.testing.assert_allclose(np.ravel(colors(translate(), (0.5, 0.375))), wanted, rtol=5e-3)

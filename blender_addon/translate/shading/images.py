@@ -19,7 +19,7 @@ from ..context import ReadImage, Translation
 from ..ledger import note_changed
 from ..questions import state_of_file
 from .image_files import frame_image, frame_of, tile_image, tiles_of
-from .image_files.color_spaces import scene_linear
+from .image_files.color_spaces import as_in_file, scene_linear
 
 Array = NDArray[Any]
 
@@ -35,6 +35,8 @@ INTERPOLATIONS: dict[str, Literal["nearest", "cubic"]] = {"Closest": "nearest", 
 CHUNK = 1 << 16
 """Numbers of an image that are converted at once."""
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
+VIDEO_SPACES = ("Rec.2100-HLG", "Rec.2100-PQ")
+"""Color spaces of video whose white Blender and Cycles place differently."""
 NUMBER_SPACES = ("Non-Color", "Raw")
 WHOLE, FRAME, TILE, STACKED, USE = "whole", "frame", "tile", "stacked", "use"
 """First words of the keys of images that were read, by what they are; Blender's image follows, as ``_image_key``."""
@@ -209,11 +211,17 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         return ImageTexture(f"{image.name} (alpha)", np.ascontiguousarray(alpha), color_space="raw")
     colors = np.ascontiguousarray(pixels[..., :3] if pixels.shape[2] >= 3 else pixels[..., :1])
     space = image.colorspace_settings.name
+    if space in VIDEO_SPACES:
+        translation.note(image.name, f"colors of its color space {space!r} differ in brightness from those of Cycles")
     if has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES:
         colors = _associated(translation, image, colors, pixels[..., 3:4])
         if alpha_is_read:  # stored premultiplied and divided after filtering, as in Cycles
             colors = np.concatenate([colors, pixels[..., 3:4]], axis=2)
     if image.is_float:  # Blender has already brought these to its scene-linear space
+        is_from_file = image.packed_file is None and image.source in ("FILE", "SEQUENCE", "TILED")
+        if space == "sRGB" and is_from_file and not _changes_colors(translation):
+            divided = pixels[..., 3:4] if has_alpha and image.alpha_mode == "PREMUL" else None
+            return ImageTexture(image.name, as_in_file(colors, divided), color_space="srgb")
         return _float_image(translation, image.name, colors, is_color=space not in NUMBER_SPACES)
     return _byte_image(translation, image.name, colors, space)
 
@@ -248,9 +256,14 @@ def _associated(translation: Translation, image: Any, colors: Array, alpha: Arra
 def _float_image(translation: Translation, name: str, colors: Array, *, is_color: bool) -> ImageTexture:
     if not is_color:
         return ImageTexture(name, colors, color_space="raw")
-    if colors.shape[2] >= 3 and not np.array_equal(translation.rgb_from_working, np.eye(3)):
+    if colors.shape[2] >= 3 and _changes_colors(translation):
         colors = np.concatenate([translation.linear_rgb(colors), colors[..., 3:]], axis=2).astype(np.float32)
     return ImageTexture(name, colors, color_space="linear")
+
+
+def _changes_colors(translation: Translation) -> bool:
+    """True if the file's working space is another one than linear sRGB."""
+    return not np.array_equal(translation.rgb_from_working, np.eye(3))
 
 
 def _byte_image(translation: Translation, name: str, colors: Array, space: str) -> ImageTexture:
@@ -266,7 +279,7 @@ def _byte_image(translation: Translation, name: str, colors: Array, space: str) 
     if unbounded.max(initial=0.0) > MOST_OF_BYTES:
         translation.note(name, f"colors of its color space {space!r} that are brighter than 1 are limited to 1")
     linear = np.clip(unbounded, 0, 1)
-    if np.array_equal(translation.rgb_from_working, np.eye(3)):
+    if not _changes_colors(translation):
         curved = np.concatenate([display_rgb_from_linear(linear), colors[..., 3:]], axis=2)
         return ImageTexture(name, np.rint(np.clip(curved, 0, 1) * 255).astype(np.uint8), color_space="srgb")
     linear = np.concatenate([translation.linear_rgb(linear), colors[..., 3:]], axis=2)

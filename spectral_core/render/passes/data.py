@@ -13,21 +13,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.passes import cryptomatte
 from spectral_core.render.passes.joined import OF_FIRST_SAMPLE
+from spectral_core.render.passes.lobe_colors import LobeColors
 from spectral_core.render.passes.subjects import Subjects
-from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.numbers import channel_mean, table
-from spectral_core.render.trace.accumulate import Accumulator
+from spectral_core.render.plugins.closures.holdout import QUESTION
+from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
-from spectral_core.render.trace.lobes import drawn_parts
+from spectral_core.render.trace.media import flight as flights
 from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.scene.passes import DATA_PASSES, LOBES, Passes
 from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.spectrum import FIRST_NM, WAVELENGTHS_NM
 
 Array = NDArray[np.float32]
 
@@ -41,14 +39,14 @@ FAR = 1e10
 """Depth of the background, as Cycles writes it."""
 AOV_CHANNELS = 4
 """A color and its coverage of the pixel."""
-RAREST = 1e-4
-"""Least probability of a lobe that is drawn as often as others: a pane of glass reflects 1 % of light."""
 
 
-class DataPasses(Accumulator):
-    """Traces the data passes of one loaded scene. ``unit``: the renderer's units per unit of the scene."""
+class DataPasses(LobeColors):
+    """Traces the data passes of one loaded scene.
 
-    _measured: Any = None
+    ``unit``: the renderer's units per unit of the scene. ``light_samples``: number of samples of the light passes that
+    are divided by colors, 0 for none.
+    """
 
     def __init__(
         self,
@@ -58,9 +56,10 @@ class DataPasses(Accumulator):
         wanted: Passes,
         subjects: Subjects,
         unit: float,
+        light_samples: int = 0,
     ) -> None:
         super().__init__(mitsuba, *view, wavelengths, keep=False)
-        self._wanted, self._subjects, self._unit = wanted, subjects, unit
+        self._wanted, self._subjects, self._unit, self._light_samples = wanted, subjects, unit, light_samples
         self._rows: dict[str, int] = {}
         names = [*wanted.data, *(name for name, _ in wanted.aovs)]
         self._width = 0
@@ -70,8 +69,7 @@ class DataPasses(Accumulator):
         self._drawn = self._width
         self._width += 1
         self._colors = [lobe for lobe in LOBES if f"{lobe} Color" in self._rows]
-        if wavelengths is not None:
-            self._white = table(mitsuba.Float, white_light().at(WAVELENGTHS_NM))
+        self._load_white()
         self._crypto = cryptomatte.Slots(mitsuba, self._dr, wanted.levels + wanted.levels % 2)
 
     def trace(self, first_hit: FirstHit) -> dict[str, Array]:
@@ -80,6 +78,8 @@ class DataPasses(Accumulator):
         width, height = self.film.size
         count = width * height
         samples = COLOR_SAMPLES if self._colors else min(self.film.samples, MOST_SAMPLES)
+        if self._light_samples and self._colors:  # whole rounds of the rays of the light
+            samples = self._light_samples * -(-samples // self._light_samples)
         pixel = dr.arange(mi.UInt32, count)
         left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
         columns = dr.opaque(mi.UInt32, width)
@@ -89,11 +89,12 @@ class DataPasses(Accumulator):
         self._sums = dr.opaque(mi.Float, 0.0, count * self._width)
         self._pixel = pixel
         kinds = self._wanted.cryptomattes
-        total = dr.opaque(mi.UInt32, samples)
+        total, period = dr.opaque(mi.UInt32, samples), dr.opaque(mi.UInt32, self._light_samples or samples)
 
         def body(index: Any, *slots: Any) -> Any:
-            sampler.begin(index)
+            sampler.begin(index % period)
             ray, drawn = self._ray(corner, sampler)
+            sampler.index = index  # a ray that comes again draws other lobes
             self._measured = lambda light: self._measure(light, drawn)
             return index + 1, *self._walk(first_hit, first_hit.past_hidden(ray), sampler, index == 0, slots)
 
@@ -113,43 +114,76 @@ class DataPasses(Accumulator):
         return {name: np.ascontiguousarray(p.reshape(height, width, -1), np.float32) for name, p in pictures.items()}
 
     def _walk(self, first_hit: FirstHit, ray: Any, sampler: Any, is_first: Any, slots: Any) -> Any:
-        """One camera ray, through transparent surfaces, to an opaque one."""
+        """One camera ray, through transparent surfaces and media, to an opaque one."""
         mi, dr = self._mi, self._dr
-        pick, direction = sampler.next_1d(), sampler.next_2d()
-        pick, weight = self._spread(pick, sampler.index)
-        self._put(self._drawn, weight, mi.Bool(True))
+        draws = self._picks(sampler), sampler.next_2d()
+        for _, weight in draws[0]:
+            self._put(self._drawn, weight, mi.Bool(True))
         bounds = dr.opaque(mi.UInt32, MOST_PASSED)
+        rules = first_hit.rules
+        assert rules is not None, "a scene without tables has no surfaces"
+        fills = rules.media
 
-        def body(origin: Any, length: Any, clear: Any, done: Any, layers: Any, walking: Any, *slots: Any) -> Any:
+        def body(
+            origin: Any, length: Any, shares: Any, done: Any, fog: Any, layers: Any, walking: Any, *slots: Any
+        ) -> Any:
+            clear, reach = shares
             si, met, unseen, hole = first_hit.meet(ray, origin, length, walking)
-            seen = met & ~unseen & ~hole
+            if fills is not None:
+                piece = mi.Ray3f(ray)
+                piece.o = origin
+                way = dr.select(si.is_valid(), si.t, dr.inf)
+                unscattered = flights.clear(fills, fog, way, piece, walking)
+                clear, reach = clear * unscattered, reach * channel_mean(dr, unscattered)
+                fog = fills.crossed(fog, rules.shape_number(si), si, (ray.d, ray.d), met)
+            seen = met & ~unseen
             bsdf = first_hit.surface(si)
             passed = dr.select(seen, bsdf.eval_null_transmission(si, seen), 1.0)
             alpha = 1.0 - channel_mean(dr, passed)
-            single = seen & ~done & (alpha >= self._wanted.alpha_threshold) & (alpha > 0.0)
-            rows = self._subjects.of_hit(first_hit.rules, si, seen)
-            self._see_place(si, rows, single, is_first)
-            self._see_outputs(si, rows[1], single)
-            self._see_mist(si, seen, channel_mean(dr, clear) * alpha)
+            weight = channel_mean(dr, clear)
+            rows = self._subjects.of_hit(rules, si, seen)
+            self._see_outputs(si, rows[1], reach, seen & ~done)
+            # as in Cycles: a whole holdout has no data but AOVs, one that is transparent in part has all but colors
+            ends = seen & (self._held_out(first_hit, si, bsdf, (passed, hole), seen) > 1.0 - 1e-5)
+            shows = seen & ~ends
+            single = shows & ~done & (alpha >= self._wanted.alpha_threshold) & (alpha > 0.0)
+            self._see_place(si, rows, reach, (single, is_first))
+            self._see_mist(si, shows, weight * alpha)
             if self._colors:
-                self._see_colors(si, bsdf, clear * weight, (pick, direction), seen)
-            named = self._see_names(rows, channel_mean(dr, clear) * alpha, seen, list(slots))
+                self._see_colors((si, bsdf), clear, draws, shows & ~hole)
+            named = self._see_names(rows, weight * alpha, shows, list(slots))
             clear = dr.select(seen, clear * passed, clear)
-            onward = met & ~hole & (dr.max(clear) > 1e-4) & (layers + 1 < bounds)
+            onward = met & ~ends & (dr.max(clear) > 1e-4) & (layers + 1 < bounds)
             return (
                 dr.select(onward, si.spawn_ray(ray.d).o, origin),
                 dr.select(onward, length - si.t, length),
-                clear,
+                (clear, reach),
                 done | single,
+                fog,
                 layers + 1,
                 onward,
                 *named,
             )
 
+        fog = (mi.UInt32(0), mi.UInt32(0)) if fills is None else tuple(mi.UInt32(number) for number in fills.camera)
         start = (
-            mi.Point3f(ray.o), mi.Float(ray.maxt), mi.Spectrum(1.0), mi.Bool(False), mi.UInt32(0), mi.Bool(True), *slots
+            mi.Point3f(ray.o), mi.Float(ray.maxt), (mi.Spectrum(1.0), mi.Float(1.0)), mi.Bool(False), fog, mi.UInt32(0),
+            mi.Bool(True), *slots,
         )  # fmt: skip
-        return dr.while_loop(start, lambda *state: state[5], body)[6:]
+        return dr.while_loop(start, lambda *state: state[6], body)[7:]
+
+    def _held_out(self, first_hit: FirstHit, si: Any, bsdf: Any, seen_through: tuple[Any, Any], seen: Any) -> Any:
+        """Share of a hit that is a holdout: of an object all that is not transparent, else its holdout closures."""
+        dr = self._dr
+        passed, hole = seen_through
+        share = dr.select(hole, 1.0 - channel_mean(dr, passed), 0.0)
+        if first_hit.rules is None or not first_hit.rules.has_holdout_surfaces:
+            return share
+        marks = si.dn_dv
+        si.dn_dv = self._mi.Vector3f(QUESTION, 0.0, 0.0)
+        asked = channel_mean(dr, bsdf.eval_null_transmission(si, seen & ~hole) - passed)
+        si.dn_dv = marks
+        return dr.select(hole, share, asked)
 
     def _add(self, name: str, values: tuple[Any, ...], active: Any) -> None:
         """Add numbers to a pass of the pixel, if it is requested."""
@@ -164,21 +198,10 @@ class DataPasses(Accumulator):
         at = self._pixel * self._width + column
         dr.scatter_add(self._sums, mi.Float(finite), at, active, dr.ReduceMode.NoConflicts)
 
-    def _spread(self, pick: Any, index: Any) -> tuple[Any, Any]:
-        """A number that draws a lobe, and its weight: every other one is distributed evenly over orders of magnitude.
-
-        Lobes are drawn by their share of [0, 1), reflecting lobes from 0 on.
-        """
+    def _see_place(self, si: Any, rows: tuple[Any, Any], weight: Any, counts: tuple[Any, Any]) -> None:
+        """Position, depth and indices of the surface; means count it by the share that no medium scatters."""
         mi, dr = self._mi, self._dr
-        spread = float(np.log(1.0 / RAREST))
-        small = dr.exp(-spread * (1.0 - pick))
-        pick = dr.select((index & 1) == 1, small, pick)
-        density = 0.5 + dr.select(pick >= RAREST, 0.5 / (spread * dr.maximum(pick, RAREST)), 0.0)
-        return dr.minimum(pick, 1.0 - 1e-6), mi.Float(dr.rcp(density))
-
-    def _see_place(self, si: Any, rows: tuple[Any, Any], single: Any, is_first: Any) -> None:
-        """Position, depth and indices of the surface."""
-        mi, dr = self._mi, self._dr
+        single, is_first = counts
         frame = self.frame
         from_eye = si.p - mi.Point3f(*(self._number(part) for part in frame.origin))
         depth = -dr.dot(from_eye, mi.Vector3f(*(self._number(part) for part in frame.back)))
@@ -193,18 +216,19 @@ class DataPasses(Accumulator):
         self._add("Position", (si.p.x, si.p.y, si.p.z), first)
         self._add("Object Index", (gather(subjects.object_index, rows[0]),), first)
         self._add("Material Index", (gather(subjects.material_index, rows[1]),), first)
+        facing, uv = facing * weight, uv * weight
         self._add("Normal", (facing.x, facing.y, facing.z), single)
         self._add("UV", (si.uv.x * uv, si.uv.y * uv, uv), single)
-        self._add("Denoising Depth", (depth,), single)
+        self._add("Denoising Depth", (depth * weight,), single)
         self._add("Denoising Normal", (facing.x, facing.y, facing.z), single)
 
-    def _see_outputs(self, si: Any, material: Any, single: Any) -> None:
-        """Values of the materials for AOVs."""
+    def _see_outputs(self, si: Any, material: Any, weight: Any, single: Any) -> None:
+        """Values of the materials for AOVs: as in Cycles, of each surface up to the first one that is opaque enough."""
         for name, parts in self._subjects.outputs.items():
             for row, textures in parts:
                 mine = single & (material == row)
-                values = tuple(texture.eval_1(si, mine) for texture in textures)
-                self._add(name, (*values, self._mi.Float(1.0)), mine)
+                values = tuple(texture.eval_1(si, mine) * weight for texture in textures)
+                self._add(name, (*values, weight), mine)
 
     def _see_mist(self, si: Any, seen: Any, weight: Any) -> None:
         """Transmittance of the mist in front of the surface."""
@@ -227,35 +251,6 @@ class DataPasses(Accumulator):
         elif mist.falloff == "INVERSE_QUADRATIC":
             share = dr.sqrt(share)
         self._add("Mist", ((1.0 - share) * weight,), seen)
-
-    def _see_colors(self, si: Any, bsdf: Any, clear: Any, draws: tuple[Any, Any], seen: Any) -> None:
-        """Colors of the lobes, each for a direction that the surface draws."""
-        mi, dr = self._mi, self._dr
-        bs, weight = bsdf.sample(mi.BSDFContext(), si, *draws, seen)
-        straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
-        dives = (bs.sampled_type & DIVES) != 0
-        usable = seen & ~straight & dr.all(dr.isfinite(weight))
-        diffuse, glossy = drawn_parts(mi, dr, si, bsdf, bs, usable & ~dives)
-        weight = dr.select(dives, weight * bs.pdf, weight)
-        diffuse, glossy = dr.select(dives, mi.Spectrum(1.0), diffuse), dr.select(dives, 0.0, glossy)
-        lit = dr.select(usable, clear * weight * self._white_at(si), 0.0)
-        shares = dict(zip(LOBES, (diffuse, glossy, 1.0 - diffuse - glossy), strict=True))
-        for lobe in self._colors:
-            color = self._measured(lit * shares[lobe])
-            self._add(f"{lobe} Color", (color.x, color.y, color.z), usable)
-
-    def _white_at(self, si: Any) -> Any:
-        """The light under which a white surface appears white: radiance per nm, or 1."""
-        mi, dr = self._mi, self._dr
-        if self.plan is None:
-            return mi.Spectrum(1.0)
-        values = []
-        for k in range(4):
-            place = dr.clip(si.wavelengths[k] - FIRST_NM, 0.0, WAVELENGTHS_NM.size - 1.001)
-            low = mi.UInt32(place)
-            ends = [dr.gather(mi.Float, self._white, low + step) for step in (0, 1)]
-            values.append(dr.lerp(*ends, place - mi.Float(low)))
-        return mi.Spectrum(*values)
 
     def _see_names(self, rows: tuple[Any, Any], weight: Any, seen: Any, slots: list[Any]) -> list[Any]:
         """The cryptomatte registers with the names of a surface."""

@@ -20,6 +20,7 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 
 Array = NDArray[np.float32]
 
+ORDERS = ("Direct", "Indirect")
 LEAST_COLOR = 1e-6
 """Colors of a lobe below it count as no lobe: light divided by them would be noise."""
 WITH_MEDIA = "light passes do not support sampled volumes; the file holds the light in Combined only"
@@ -49,24 +50,24 @@ def _made(
 ) -> tuple[dict[str, Array], tuple[Note, ...]]:
     notes: list[Note] = []
     found: dict[str, Array] = {}
-    if wanted.data or wanted.aovs or wanted.cryptomattes:
-        view = (job.scene.camera, job.scene.film)
-        subjects = Subjects(job.mitsuba, job.scene, job.loaded.scene, wanted)
-        tracer = DataPasses(job.mitsuba, view, job.loaded.wavelengths, wanted, subjects, job.unit)
-        found |= tracer.trace(job.loaded.first_hit)
-        if "Normal" in wanted.names and any(_bends(material.surface) for material in job.scene.materials):
-            notes.append(Note("Passes", SMOOTH_NORMALS))
     if wanted.light or wanted.light_groups:
         light, told = _light(job, wanted, float(samples.mean()))
         found |= light
         notes += told
-        for lobe in LOBES:
-            color = found.get(f"{lobe} Color")
-            for order in ("Direct", "Indirect"):
-                name = f"{lobe} {order}"
-                if name in found and color is not None:
-                    part = np.divide(found[name], color, out=np.zeros_like(color), where=color > LEAST_COLOR)
-                    found[name] = part
+    if wanted.data or wanted.aovs or wanted.cryptomattes:
+        view = (job.scene.camera, job.scene.film)
+        subjects = Subjects(job.mitsuba, job.scene, job.loaded.scene, wanted)
+        divides = any(f"{lobe} {order}" in found for lobe in LOBES for order in ORDERS)
+        rays = job.light_sums.samples if divides else 0
+        tracer = DataPasses(job.mitsuba, view, job.loaded.wavelengths, wanted, subjects, job.unit, rays)
+        found |= tracer.trace(job.loaded.first_hit)
+        if "Normal" in wanted.names and any(_bends(material.surface) for material in job.scene.materials):
+            notes.append(Note("Passes", SMOOTH_NORMALS))
+    for lobe in LOBES:
+        color = found.get(f"{lobe} Color")
+        for name in (f"{lobe} {order}" for order in ORDERS):
+            if name in found and color is not None:
+                found[name] = np.divide(found[name], color, out=np.zeros_like(color), where=color > LEAST_COLOR)
     if "Debug Sample Count" in wanted.names:
         found["Debug Sample Count"] = samples.astype(np.float32)[..., None]
     if "Noisy Image" in wanted.names and noisy is not None:
@@ -90,10 +91,7 @@ def _light(job: RenderJob, wanted: Passes, samples: float) -> tuple[dict[str, Ar
     rows: dict[str, Any] = {**LIGHT_ROWS, **light_group_names(wanted.light_groups)}
     pictures = _pictures(sums, len(rows))
     names = [*wanted.light, *(GROUP_PREFIX + group for group in wanted.light_groups)]
-    found = {name: pictures[..., rows[name], :] for name in names}
-    if job.scene.film.transparent and "Environment" in found:
-        found["Environment"] = np.zeros_like(found["Environment"])
-    return found, notes
+    return {name: pictures[..., rows[name], :] for name in names}, notes
 
 
 def _pictures(sums: Accumulator, rows: int) -> Array:

@@ -80,7 +80,7 @@ def _outputs(context: Context, scene: Scene, wanted: Passes) -> dict[str, list[t
     found: dict[str, list[tuple[int, list[Any]]]] = {name: [] for name, _ in wanted.aovs}
     for row, material in enumerate(scene.materials, 1):
         for name, value in material.outputs:
-            if name in found:
+            if name in found and material.surface is not None:  # the border of a volume has no values
                 textures = _numbers(context, value)
                 if textures is None:
                     context.note(material.name, f"AOV {name!r} is a mix of textures, which passes do not hold; it is 0")

@@ -202,7 +202,9 @@ class Accumulator:
             passed, behind = first_hit.straight_through(ray)
         later = None
         has_volumes = bool(integrator.aov_names())  # in front of the first hit; their transmittance comes first
-        seen = mi.Bool(True) if has_volumes else dr.min(passed) < 1.0
+        # where nothing covers the picture, there may still be a lamp that the camera sees, or a pass of the environment
+        meets = has_volumes or first_hit.shows_lamps or getattr(integrator, "sums", None) is not None
+        seen = mi.Bool(True) if meets else dr.min(passed) < 1.0
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
         if getattr(integrator, "tells_reflections", False):
             extra, parts = extra[:-8], extra[-8:]

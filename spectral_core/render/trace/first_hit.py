@@ -38,6 +38,8 @@ class FirstHit:
     """The emitter that the camera sees behind everything, None for black."""
     rules: Tables | None = None
     """The shapes that the camera does not see, and the holdouts."""
+    shows_lamps: bool = False
+    """True if the camera sees lamps, which shine in front of a transparent background too."""
     home: Any = None
     """The ``LoadedScene``: programs that send rays find the scene only as long as it exists, and every tracer has this
     object.

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.strands.fiber import FIBER
 from spectral_core.scene import Rays
 
 
@@ -22,7 +23,13 @@ def parts_of(mi: Any, dr: Any, si: Any, bsdf: Any, wo: Any, value: Any, active: 
     diffuse = bsdf.eval_pdf(asked, si, wo, active & mixed)[0]
     share = dr.select(value != 0.0, dr.clip(diffuse / value, 0.0, 1.0), 0.0)
     share = dr.select(mixed, share, dr.select(is_matt, mi.Spectrum(1.0), 0.0))
-    return share, dr.select(si.wi.z * wo.z > 0.0, 1.0 - share, 0.0)
+    reflects = (si.wi.z * wo.z > 0.0) | of_fiber(mi, flags)
+    return share, dr.select(reflects, 1.0 - share, 0.0)
+
+
+def of_fiber(mi: Any, flags: Any) -> Any:
+    """True for hair that is glossy in all directions, as in Cycles: its lobes go around the strand."""
+    return ((flags & FIBER) != 0) & ((flags & int(mi.BSDFFlags.GlossyReflection)) != 0)
 
 
 def drawn_parts(mi: Any, dr: Any, si: Any, bsdf: Any, bs: Any, active: Any) -> tuple[Any, Any]:

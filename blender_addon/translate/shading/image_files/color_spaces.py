@@ -11,6 +11,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.spectra.color import display_rgb_from_linear
+
 from .permitted import permitted
 
 Array = NDArray[Any]
@@ -26,6 +28,17 @@ def scene_linear(colors: Array, space: str) -> Array:
     found, place = np.unique(packed, return_inverse=True)
     rgb = np.stack([(found >> shift) & 255 for shift in (16, 8, 0)], axis=-1) / np.float32(255)
     return permitted(lambda: _converted(rgb.astype(np.float32), space))[place.reshape(packed.shape)]
+
+
+def as_in_file(colors: Array, alpha: Array | None) -> Array:
+    """Linear numbers (height, width, 3 or more) of a file in sRGB, with the curve that Cycles undoes after filtering.
+
+    ``alpha``: (height, width, 1) by which Blender has divided the file's colors before it undid the curve; None for
+    none.
+    """
+    share = np.ones((1, 1, 1)) if alpha is None else np.where(alpha > 0, alpha, 1.0)
+    curved = display_rgb_from_linear(colors[..., :3] / share) * share
+    return np.concatenate([curved, colors[..., 3:]], axis=2).astype(np.float32)
 
 
 def _converted(rgb: Array, space: str) -> Array:
