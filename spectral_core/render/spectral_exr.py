@@ -18,7 +18,9 @@ from spectral_core.files.exr import openexr, read_exr, write_exr
 from spectral_core.render.still import RenderResult
 
 LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1.nm^-1"}
-_CHANNEL = re.compile(r"S0\.(\d+,\d+)nm")
+_CHANNEL = re.compile(r"S0\.(\d+,?\d*|,\d+)([eE][+-]?\d+)?([num]?)m")
+"""A channel of radiance; the layout allows other units of length, exponents and no fraction: ``S0.0,55um``."""
+_NM_PER_PREFIX = {"n": 1.0, "u": 1e3, "m": 1e6, "": 1e9}
 
 
 def spectral_channel(wavelength_nm: float) -> str:
@@ -54,7 +56,14 @@ def read_spectral_exr(path: str | Path) -> tuple[NDArray[np.float64], NDArray[np
     Raises FileFormatError for a file that cannot be read or has no spectral channel.
     """
     channels = read_exr(path)[0].channels
-    found = {float(match[1].replace(",", ".")): name for name in channels if (match := _CHANNEL.fullmatch(name))}
+    found: dict[float, str] = {}
+    for name in channels:
+        if match := _CHANNEL.fullmatch(name):
+            number, exponent, prefix = match.groups(default="")
+            nm = round(float(number.replace(",", ".") + exponent) * _NM_PER_PREFIX[prefix], 6)
+            if nm in found:
+                raise FileFormatError(f"{path} has two channels of {nm:g} nm, {found[nm]} and {name}; expected one")
+            found[nm] = name
     if not found:
         raise FileFormatError(
             f"{path} has no spectral channel such as S0.550,000000nm; its channels: {', '.join(channels)}"

@@ -156,3 +156,14 @@ def test_channels_that_are_no_numbers_are_refused_with_the_file(tmp_path: Path, 
     (tmp_path / "odd.ase").write_bytes(b"ASEF" + struct.pack(">HHI", 1, 0, 1) + block)
     with pytest.raises(FileFormatError, match=r"odd\.ase: swatch 'A' has the channels .*; expected finite numbers"):
         read_swatches(tmp_path / "odd.ase")
+
+
+def test_blocks_beyond_the_stated_count_are_no_lost_swatches(tmp_path: Path) -> None:
+    path = tmp_path / "two.ase"
+    write_swatches(path, [Swatch("first", np.zeros(3)), Swatch("second", np.ones(3))])
+    data = path.read_bytes()
+    path.write_bytes(data[:8] + b"\0\0\0\1" + data[12:])
+    with pytest.raises(FileFormatError, match="its header states 1 blocks, and [0-9]+ bytes follow them"):
+        read_swatches(path)
+    path.write_bytes(data + b"\0\0")
+    assert [swatch.name for swatch in read_swatches(path)] == ["first", "second"]

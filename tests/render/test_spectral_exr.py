@@ -42,3 +42,20 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(FileFormatError, match="there is no file"):
         read_spectral_exr(tmp_path / "absent.exr")
     assert spectral_channel(532.25) == "S0.532,250000nm"
+
+
+def test_every_spelling_of_a_wavelength_in_the_layout_is_read(tmp_path: Path) -> None:
+    """The paper's grammar: no fraction, no whole part, exponents, prefixes of the meter."""
+    path = tmp_path / "elsewhere.exr"
+    names = {"S0.700nm": 7.0, "S0.0,4um": 4.0, "S0.5,5e-7m": 5.5, "S0.6E2nm": 6.0, "S0.,00065mm": 6.5, "S1.500nm": 9.0}
+    OpenEXR.File({}, {name: np.full((2, 2), value, np.float32) for name, value in names.items()}).write(str(path))
+    wavelengths, radiance = read_spectral_exr(path)
+    np.testing.assert_allclose(wavelengths, [400, 550, 600, 650, 700], rtol=1e-12)
+    np.testing.assert_array_equal(radiance[0, 0], [4.0, 5.5, 6.0, 6.5, 7.0])
+
+
+def test_two_channels_of_one_wavelength_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "twice.exr"
+    OpenEXR.File({}, {name: np.zeros((2, 2), np.float32) for name in ("S0.550nm", "S0.550,0nm")}).write(str(path))
+    with pytest.raises(FileFormatError, match="two channels of 550 nm"):
+        read_spectral_exr(path)

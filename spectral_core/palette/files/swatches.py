@@ -133,6 +133,8 @@ def _read_ase(file: Path, data: bytes) -> list[Swatch]:
                     group = name
                 else:
                     swatches.append(Swatch(name, _ase_color(file, name, content[2 + 2 * letters :]), group))
+        if data[at:].strip(b"\0"):
+            raise struct.error(f"its header states {count} blocks, and {len(data) - at} bytes follow them")
     except (struct.error, UnicodeDecodeError) as error:
         raise FileFormatError(
             f"{file}: the .ase file is truncated or edited near byte {at} ({error}); export it again"
