@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import bpy
 import numpy as np
 
 from blender_addon import engine, jobs
+from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.still import RenderResult
 
 
 def handed_over(monkeypatch: Any) -> Any:
@@ -20,10 +21,8 @@ def handed_over(monkeypatch: Any) -> Any:
         given.append((scene, sorted(options.keys() - {"on_progress", "should_stop"})))
         film = scene.film
         width, height = (film.width, film.height) if film.crop is None else film.crop[2:]
-        return SimpleNamespace(
-            pixels=np.zeros((height, width, 4), np.float32), passes={}, header={}, status="done", notes=scene.notes,
-            samples=film.samples, seconds=0.0,
-        )  # fmt: skip
+        pixels = np.zeros((height, width, 4), np.float32)
+        return RenderResult(pixels, EffectPlan((), 0.0), scene.notes, film.samples, 0.0, "done", "none")
 
     def write(_engine: Any, _pixels: Any, place: Any, *_: Any) -> None:
         given.append(place)

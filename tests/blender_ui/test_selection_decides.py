@@ -167,8 +167,9 @@ def test_an_answer_on_possible_colors_keeps_each_of_its_parts(blender) -> None:
     assert question.place == (1, 1) and question.lights == tuple(palette.lights.keys())
     assert question.uids == (palette.materials[1].uid, palette.lights[1].uid)
     np.testing.assert_allclose(display_rgb_from_linear(question.wanted), (0.1, 0.8, 0.3), atol=1e-6)
-    for reachable in (True, False):
-        found = SimpleNamespace(color=np.array([0.2, 0.5, 1.4]), reachable=reachable)
+    for reachable, delta_e_2000 in ((True, 0.0), (False, 3.0)):
+        color = np.array([0.2, 0.5, 1.4])
+        found = SimpleNamespace(color=color, reachable=reachable, delta_e_2000=delta_e_2000)
         picture = np.zeros((2, 2, 4), np.float32)
         answer = possible.keep(scene, possible.Answer(question, found, "the words", picture))  # type: ignore[arg-type]
         assert (answer.material_uid, answer.light_uid) == question.uids

@@ -50,19 +50,20 @@ def _made(
 ) -> tuple[dict[str, Array], tuple[Note, ...]]:
     notes: list[Note] = []
     found: dict[str, Array] = {}
+    light: dict[str, Array] = {}
     if wanted.light or wanted.light_groups:
         light, told = _light(job, wanted, float(samples.mean()))
-        found |= light
         notes += told
     if wanted.data or wanted.aovs or wanted.cryptomattes:
         view = (job.scene.camera, job.scene.film)
         subjects = Subjects(job.mitsuba, job.scene, job.loaded.scene, wanted)
-        divides = any(f"{lobe} {order}" in found for lobe in LOBES for order in ORDERS)
+        divides = any(f"{lobe} {order}" in light for lobe in LOBES for order in ORDERS)
         rays = job.light_sums.samples if divides else 0
         tracer = DataPasses(job.mitsuba, view, job.loaded.wavelengths, wanted, subjects, job.unit, rays)
         found |= tracer.trace(job.loaded.first_hit)
         if "Normal" in wanted.names and any(_bends(material.surface) for material in job.scene.materials):
             notes.append(Note("Passes", SMOOTH_NORMALS))
+    found |= light
     for lobe in LOBES:
         color = found.get(f"{lobe} Color")
         for name in (f"{lobe} {order}" for order in ORDERS):
