@@ -3,9 +3,13 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
+import addon_utils
 import bpy
 
 from . import command_line, engine, interface, jobs, preferences
+from .properties.render import ENGINE
 
 MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
 
@@ -24,9 +28,30 @@ def register() -> None:
 
 
 def register_once() -> None:
-    """Register every module unless this process has done so: commands, workers and tests enable the extension."""
-    if not hasattr(bpy.types.Scene, "spectral"):
-        register()
+    """Register every module unless this process has done so: commands, workers and tests enable the extension.
+
+    Another copy of the extension is disabled: Blender enables the installed one in each process, also where this one
+    runs from its sources, and requests of one copy do not reach the engine of another one.
+    """
+    if hasattr(bpy.types.Scene, "spectral"):
+        others = {package for package in _registered_packages() if package != __package__}
+        if not others:
+            return
+        for package in others:
+            addon_utils.disable(package)
+            if package in _registered_packages():  # it was registered by a script
+                import_module(package).unregister()
+    register()
+
+
+def _registered_packages() -> set[str]:
+    """Packages of the registered engines with this engine's identifier: one for each copy of the extension."""
+    engines = bpy.types.RenderEngine.__subclasses__()
+    return {
+        each.__module__.rpartition(".")[0]
+        for each in engines
+        if getattr(each, "bl_idname", "") == ENGINE and getattr(each, "is_registered", False)
+    }
 
 
 def unregister() -> None:

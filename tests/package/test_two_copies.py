@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Two copies of the extension in one process: a command of the sources in a Blender that enables the installed one."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CODE = """
+import bpy
+import addon_utils, installed_copy
+
+{enable}
+import blender_addon
+from blender_addon import jobs
+
+blender_addon.register_once()
+scene = bpy.context.scene
+scene.render.engine, scene.render.resolution_x, scene.render.resolution_y = "SPECTRAL", 8, 8
+caught = []
+
+
+def stop(translated):
+    caught.append(translated)
+    raise RuntimeError("only the scene")
+
+
+with jobs.request(jobs.RenderRequest(translated=stop)):
+    try:
+        bpy.ops.render.render()
+    except RuntimeError:
+        pass
+print("CAUGHT", len(caught), addon_utils.check("installed_copy")[1])
+"""
+
+
+@pytest.mark.parametrize("enable", ["installed_copy.register()", "addon_utils.enable('installed_copy')"])
+def test_requests_reach_the_engine_of_the_copy_that_is_asked(tmp_path: Path, enable: str) -> None:
+    """The engine of the other copy answered: a sweep's points ended with "Blender did not start the render"."""
+    pytest.importorskip("bpy")
+    shutil.copytree(ROOT / "blender_addon", tmp_path / "installed_copy", ignore=shutil.ignore_patterns("__pycache__"))
+    paths = os.pathsep.join([str(ROOT), str(tmp_path)])
+    done = subprocess.run(
+        [sys.executable, "-c", CODE.format(enable=enable)], capture_output=True, text=True, cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": paths}, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "CAUGHT 1 False" in done.stdout, done.stdout + done.stderr
