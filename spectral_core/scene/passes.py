@@ -17,6 +17,8 @@ DATA_PASSES = {
     "Denoising Depth": 1,
 }  # fmt: skip
 """Passes of the first hit of camera rays, by name, with the number of channels."""
+DENOISING = ("Denoising Normal", "Denoising Albedo", "Denoising Depth")
+"""Passes of the first rough surfaces, which rays reach over mirrors and through glass."""
 LIGHT_PASSES = (
     *(f"{lobe} {order}" for lobe in (*LOBES, "Volume") for order in ("Direct", "Indirect")), "Emission", "Environment",
 )  # fmt: skip
@@ -75,12 +77,15 @@ class Passes:
 
     @property
     def data(self) -> tuple[str, ...]:
-        """Names of the passes of camera rays: the requested ones, and the colors by which light passes are divided."""
+        """Names of the passes of first hits: the requested ones, and the colors by which light passes are divided."""
         lobes = {name.partition(" ")[0] for name in self.light} & set(LOBES)
         wanted = set(self.names) | {f"{lobe} Color" for lobe in lobes}
-        if "Denoising Albedo" in wanted:
-            wanted |= {f"{lobe} Color" for lobe in LOBES}
-        return tuple(name for name in DATA_PASSES if name in wanted)
+        return tuple(name for name in DATA_PASSES if name in wanted and name not in DENOISING)
+
+    @property
+    def denoising(self) -> tuple[str, ...]:
+        """Names of the requested passes for a denoiser."""
+        return tuple(name for name in DENOISING if name in self.names)
 
     @property
     def cryptomattes(self) -> tuple[str, ...]:

@@ -17,7 +17,6 @@ from spectral_core.render.passes import cryptomatte
 from spectral_core.render.passes.joined import OF_FIRST_SAMPLE
 from spectral_core.render.passes.lobe_colors import LobeColors
 from spectral_core.render.passes.subjects import Subjects
-from spectral_core.render.plugins.closures.holdout import QUESTION
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.media import flight as flights
@@ -172,19 +171,6 @@ class DataPasses(LobeColors):
         )  # fmt: skip
         return dr.while_loop(start, lambda *state: state[6], body)[7:]
 
-    def _held_out(self, first_hit: FirstHit, si: Any, bsdf: Any, seen_through: tuple[Any, Any], seen: Any) -> Any:
-        """Share of a hit that is a holdout: of an object all that is not transparent, else its holdout closures."""
-        dr = self._dr
-        passed, hole = seen_through
-        share = dr.select(hole, 1.0 - channel_mean(dr, passed), 0.0)
-        if first_hit.rules is None or not first_hit.rules.has_holdout_surfaces:
-            return share
-        marks = si.dn_dv
-        si.dn_dv = self._mi.Vector3f(QUESTION, 0.0, 0.0)
-        asked = channel_mean(dr, bsdf.eval_null_transmission(si, seen & ~hole) - passed)
-        si.dn_dv = marks
-        return dr.select(hole, share, asked)
-
     def _add(self, name: str, values: tuple[Any, ...], active: Any) -> None:
         """Add numbers to a pass of the pixel, if it is requested."""
         if name not in self._rows:
@@ -219,8 +205,6 @@ class DataPasses(LobeColors):
         facing, uv = facing * weight, uv * weight
         self._add("Normal", (facing.x, facing.y, facing.z), single)
         self._add("UV", (si.uv.x * uv, si.uv.y * uv, uv), single)
-        self._add("Denoising Depth", (depth * weight,), single)
-        self._add("Denoising Normal", (facing.x, facing.y, facing.z), single)
 
     def _see_outputs(self, si: Any, material: Any, weight: Any, single: Any) -> None:
         """Values of the materials for AOVs: as in Cycles, of each surface up to the first one that is opaque enough."""
@@ -273,16 +257,11 @@ class DataPasses(LobeColors):
         for lobe in self._colors:
             color = found[f"{lobe} Color"] / np.maximum(drawn, 1e-9)
             found[f"{lobe} Color"] = color if self.plan is None else color @ RGB_FROM_XYZ.T
-        for name in ("Depth", "Denoising Depth", "Position"):
+        for name in ("Depth", "Position"):
             if name in found:
                 found[name] = found[name] / self._unit
         if "Depth" in found:
             found["Depth"] = np.where(found["Depth"] == 0, FAR, found["Depth"])
         if "Mist" in found:
             found["Mist"] = np.clip(1.0 - found["Mist"], 0.0, 1.0)
-        if "Denoising Normal" in found:
-            axes = np.stack([self.frame.right, self.frame.up, -self.frame.back], axis=1)
-            found["Denoising Normal"] = found["Denoising Normal"] @ axes
-        if "Denoising Albedo" in found:
-            found["Denoising Albedo"] = np.clip(sum(found[f"{lobe} Color"] for lobe in LOBES), 0.0, 1.0)
         return found

@@ -12,6 +12,7 @@ from spectral_core.errors import RenderError
 from spectral_core.render.job import RenderJob
 from spectral_core.render.passes.books import LIGHT_ROWS, light_group_names
 from spectral_core.render.passes.data import DataPasses
+from spectral_core.render.passes.denoising import DenoisingData
 from spectral_core.render.passes.subjects import Subjects
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.scene import Note
@@ -24,7 +25,7 @@ ORDERS = ("Direct", "Indirect")
 LEAST_COLOR = 1e-6
 """Colors of a lobe below it count as no lobe: light divided by them would be noise."""
 WITH_MEDIA = "light passes do not support sampled volumes; the file holds the light in Combined only"
-SMOOTH_NORMALS = "Normal holds smooth normals: bumps and normal maps change the light, but not the pass"
+SMOOTH_NORMALS = "normals of passes are smooth: bumps and normal maps change the light, but not the passes"
 EQUAL_SAMPLES = (
     "shares of the light were traced beside the picture, whose pixels took different numbers of samples; they add up "
     "to it except for noise"
@@ -61,8 +62,14 @@ def _made(
         rays = job.light_sums.samples if divides else 0
         tracer = DataPasses(job.mitsuba, view, job.loaded.wavelengths, wanted, subjects, job.unit, rays)
         found |= tracer.trace(job.loaded.first_hit)
-        if "Normal" in wanted.names and any(_bends(material.surface) for material in job.scene.materials):
-            notes.append(Note("Passes", SMOOTH_NORMALS))
+    if wanted.denoising:
+        view, integrator = (job.scene.camera, job.scene.film), job.loaded.integrator
+        guides = DenoisingData(job.mitsuba, view, job.loaded.wavelengths, wanted.denoising, integrator, job.unit)
+        found |= guides.trace(job.loaded.first_hit)
+    if {"Normal", "Denoising Normal"} & set(wanted.names) and any(
+        _bends(material.surface) for material in job.scene.materials
+    ):
+        notes.append(Note("Passes", SMOOTH_NORMALS))
     found |= light
     for lobe in LOBES:
         color = found.get(f"{lobe} Color")

@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from spectral_core.render.mitsuba_scene.paint import white_light
+from spectral_core.render.plugins.closures.holdout import QUESTION
 from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.numbers import table
+from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.trace.accumulate import Accumulator
+from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.lobes import drawn_parts, of_fiber
 from spectral_core.spectra.spectrum import FIRST_NM, WAVELENGTHS_NM
 
@@ -97,6 +99,19 @@ class LobeColors(Accumulator):
     def _add(self, name: str, values: tuple[Any, ...], active: Any) -> None:
         """Add numbers to a pass of the pixel, if it is requested."""
         raise NotImplementedError
+
+    def _held_out(self, first_hit: FirstHit, si: Any, bsdf: Any, seen_through: tuple[Any, Any], seen: Any) -> Any:
+        """Share of a hit that is a holdout: of an object all that is not transparent, else its holdout closures."""
+        dr = self._dr
+        passed, hole = seen_through
+        share = dr.select(hole, 1.0 - channel_mean(dr, passed), 0.0)
+        if first_hit.rules is None or not first_hit.rules.has_holdout_surfaces:
+            return share
+        marks = si.dn_dv
+        si.dn_dv = self._mi.Vector3f(QUESTION, 0.0, 0.0)
+        asked = channel_mean(dr, bsdf.eval_null_transmission(si, seen & ~hole) - passed)
+        si.dn_dv = marks
+        return dr.select(hole, share, asked)
 
     def _white_at(self, si: Any) -> Any:
         """The light under which a white surface appears white: radiance per nm, or 1."""
