@@ -148,7 +148,8 @@ def _fill(
     """Write the OpenVDB files of a data-block and point it to them; ``centered``: the object's origin is its middle."""
     from spectral_core.volume.files import write_volume
 
-    low, high = first.value_range
+    low, high = first.range_without_fill_values
+    whole_low, whole_high = first.value_range
     shift = -first.corners_world.mean(axis=0) if centered else np.zeros(3)
     stem = _stem(path if frames is None else Path(frames.pattern), f"{key} {centered}")
     if frames is None:
@@ -158,7 +159,9 @@ def _fill(
         # Consecutive numbers, because Blender counts frames from the first file's.
         for place, number in enumerate(frames.numbers, 1):
             volume = frames.read(number)
-            low, high = min(low, volume.value_range[0]), max(high, volume.value_range[1])
+            own = volume.range_without_fill_values
+            low, high = min(low, own[0]), max(high, own[1])
+            whole_low, whole_high = min(whole_low, volume.value_range[0]), max(whole_high, volume.value_range[1])
             write_volume(_moved(volume, shift), folder_for_volumes() / f"{stem}_{place:04d}.vdb")
         target = folder_for_volumes() / f"{stem}_0001.vdb"
         data.is_sequence, data.frame_start, data.frame_duration = True, 1, len(frames)
@@ -166,7 +169,9 @@ def _fill(
     data[RANGE_KEY] = [low, high]
     settings = data.spectral
     settings.source = str(path)
-    settings.facts = f"{' × '.join(map(str, first.shape))} voxels of {first.data.dtype}, {low:g} to {high:g}"
+    settings.facts = (
+        f"{' × '.join(map(str, first.shape))} voxels of {first.data.dtype}, {whole_low:g} to {whole_high:g}"
+    )
     # The viewport shows the data as smoke: nearly opaque over its whole depth.
     voxel = float(np.prod(first.voxel_size) ** (1 / 3))
     data.display.density = 20.0 / max(abs(high), abs(low), 1e-9) / (max(first.shape) * voxel)

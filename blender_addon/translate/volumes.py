@@ -83,7 +83,9 @@ def translate_volume(found: Collected, name: str, obj: Any, instance: Any) -> Vo
         volume = voxels_of(obj.data, saved_of(found, obj, instance), settings.grid)
         placed = ScalarVolume(obj.name, volume.data, matrix @ volume.world_from_index)
         stated = volume_looks.stated_transfer(data, translation.rgb_from_working)
-        transfer = stated.for_volume(placed, volume_looks.value_range(data))
+        # Not of ``placed``, which is made anew at each edit.
+        known = volume_looks.value_range(data) or volume.range_without_fill_values
+        transfer = stated.for_volume(placed, known)
     except SpectralError as error:
         raise InvalidInputError(str(error)) from error  # the walk over the objects notes it and continues
     return VolumeObject(name, placed.data, placed.world_from_index, transfer, **look_of(settings))

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fill a region of parameters with evenly spread points, and print their figures of merit.
 
-Points are listed coarse levels first: every beginning of the list fills the region. ``--plot`` draws the lattices.
+Points are listed coarse levels first: every beginning of the list fills the region. Distances count in shares of the
+ranges, so that parameters may have different units. ``--plot`` draws the lattices.
 """
 
 from __future__ import annotations
@@ -61,14 +62,18 @@ def run(arguments: argparse.Namespace) -> int:
         )
     low, high = _ranges(arguments)
     region = _region(arguments, low, high)
+    # Distances between parameters of different units count in shares of their ranges.
+    offset, width = (np.zeros_like(low), np.ones_like(low)) if arguments.simplex else (low, high - low)
     chosen = lattice.make_lattice(arguments.dims, arguments.rate, criterion=arguments.criterion)
     progressive = lattice.progressive_fill(region, arguments.points, lattice=chosen, seed=arguments.seed)
     for _ in range(arguments.refine):
         progressive = progressive.refine()
     points = progressive.points
     if arguments.latin:
-        points = _latinized(region, points, low, high)
+        points = _latinized(region, points)
     report = _report(chosen, points, region)
+    # Rounding must not move a point out of its range.
+    points = np.clip(offset + points * width, low, high)
     if arguments.out is not None:
         make_folder(arguments.out.parent)
         with whole_file(arguments.out) as unfinished, unfinished.open("w", encoding="utf-8") as stream:
@@ -102,27 +107,29 @@ def _ranges(arguments: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _region(arguments: argparse.Namespace, low: np.ndarray, high: np.ndarray) -> Any:
+    """The region to fill: in shares of the ranges, except for a simplex, whose parameters have one unit."""
     from spectral_core import lattice
 
+    ranges = lattice.box(low, high)  # checks them
     if arguments.simplex:
-        return lattice.corner_simplex(arguments.dims) & lattice.box(low, high)
+        return lattice.corner_simplex(arguments.dims) & ranges
     if arguments.ball is not None:
-        return lattice.ball(0.5 * (low + high), 0.5 * (high - low), p=arguments.ball)
-    return lattice.box(low, high)
+        return lattice.ball(np.full(arguments.dims, 0.5), 0.5, p=arguments.ball)
+    return lattice.unit_cube(arguments.dims)
 
 
-def _latinized(region: Any, points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def _latinized(region: Any, points: np.ndarray) -> np.ndarray:
     from spectral_core.lattice import latinized
 
     if region.box_limits is None:
         raise InvalidInputError(
             "--latin moves values to equal ranks, which only a box keeps; leave out --ball and --simplex"
         )
-    return latinized(points, low, high)
+    return latinized(points)
 
 
 def _report(chosen: Any, points: np.ndarray, region: Any) -> dict[str, Any]:
-    """Figures of the lattice and, for two points or more in a box, of the points in the unit cube of their ranges."""
+    """Figures of the lattice and, for two points or more in a box, of the points in shares of their ranges."""
     from spectral_core import lattice
 
     merit = lattice.figures_of_merit(chosen.generator, samples=8192)

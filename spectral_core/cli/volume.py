@@ -194,7 +194,7 @@ def _transfer(given: str, frames: Sequence[_Frame]) -> Callable[[ScalarVolume], 
     stated = read_transfer(given) if is_file else None
     if stated is not None and stated.values == "data":
         return stated.for_volume
-    ranges = [frame.read().value_range for frame in frames]
+    ranges = [frame.read().range_without_fill_values for frame in frames]
     all_frames = min(low for low, _ in ranges), max(high for _, high in ranges)
     if stated is None:  # fitted to the frame of the widest range, and stretched to that of all frames
         widest = frames[max(range(len(ranges)), key=lambda index: ranges[index][1] - ranges[index][0])].read()

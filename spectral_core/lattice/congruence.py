@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.measure.voronoi import checked_basis
-from spectral_core.lattice.reduction import vectors_up_to
+from spectral_core.lattice.reduction import magnitude, vectors_up_to
 
 Matrix = NDArray[np.float64]
 
@@ -30,10 +30,13 @@ def isometry(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) ->
         raise InvalidInputError(
             f"lattices of dimension {len(a)} and {len(b)} cannot be compared; give equal dimensions"
         )
+    volumes = [float(np.linalg.slogdet(each)[1]) for each in (a, b)]
+    if abs(volumes[0] - volumes[1]) > len(a) * tolerance:
+        return None
+    length = magnitude(b)  # squares of very short and very long vectors are no doubles
+    a, b = a / length, b / length
     gram = b.T @ b
     scale = float(gram.diagonal().max())
-    if abs(abs(np.linalg.det(a)) / abs(np.linalg.det(b)) - 1.0) > len(a) * tolerance:
-        return None
     coefficients, vectors, squared = vectors_up_to(a, scale * (1.0 + tolerance))
     candidates = [np.flatnonzero(np.abs(squared - gram[i, i]) <= tolerance * scale) for i in range(len(b))]
     chosen: list[int] = []
@@ -70,5 +73,6 @@ def are_similar(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7)
 
 
 def _unit(basis: Matrix) -> Matrix:
-    unit: Matrix = basis / abs(np.linalg.det(basis)) ** (1.0 / len(basis))
+    scaled = basis / magnitude(basis)
+    unit: Matrix = scaled / abs(np.linalg.det(scaled)) ** (1.0 / len(basis))
     return unit

@@ -21,6 +21,17 @@ Integers = NDArray[np.int64]
 LOVASZ = 0.99
 MAX_NODES = 200_000_000
 """Nodes of one search before it stops with an error: some minutes of work."""
+FARTHEST = 2.0**50
+"""Distance of a target from the origin, in lengths of the basis, above which doubles no longer tell vectors apart."""
+
+
+def magnitude(basis: Matrix) -> float:
+    """The power of two near the largest number of ``basis``: a division by it causes no rounding, 1 for zeros.
+
+    Squares of lengths near 1e-200 or 1e200 are no doubles, and linear programs have absolute tolerances. So searches
+    take a basis in units of its magnitude.
+    """
+    return float(2.0 ** (int(np.frexp(np.abs(basis).max(initial=0.0))[1]) - 1)) if np.any(basis) else 1.0
 
 
 def lll(basis: Matrix) -> Integers:
@@ -29,16 +40,9 @@ def lll(basis: Matrix) -> Integers:
     Passes in floating point repeat from the exact product basis·T until nothing changes, so that rounding in an
     ill-conditioned start does not last. Raises InvalidInputError for a singular basis, SolveError without convergence.
     """
-    basis = _square(basis)
+    basis = _regular(basis)
     n = basis.shape[1]
     total = np.eye(n, dtype=np.int64)
-    with np.errstate(all="ignore"):
-        condition = np.linalg.cond(basis)
-    if not condition < 1e13:
-        raise InvalidInputError(
-            f"the basis has condition number {condition:.2g}; expected below 1e13. Its vectors are (nearly) linearly "
-            "dependent: rescale it, or pass a basis of full rank"
-        )
     size = np.inf
     for _ in range(40):
         step = _lll_pass(basis @ total)
@@ -146,18 +150,35 @@ def _search(r: Matrix, targets: Matrix, squared_radii: Matrix, first: int) -> Fo
 
 
 def closest_vectors(basis: Matrix, targets: Matrix) -> tuple[Integers, Matrix]:
-    """Coefficients (N, n) and squared distances (N,) of the lattice vector nearest to each target; exact."""
-    frame, r = np.linalg.qr(_square(basis))
-    rotated = frozen_array("targets", targets, (None, len(frame))) @ frame
-    bound = _nearest_plane(r, rotated) * (1.0 + 1e-9) + 1e-300
+    """Coefficients (N, n) and squared distances (N,) of the lattice vector nearest to each target; exact.
+
+    Raises InvalidInputError for targets so far from the origin that doubles do not tell lattice vectors apart there.
+    """
+    unit = magnitude(_square(basis))
+    frame, r = np.linalg.qr(_regular(basis))
+    given = frozen_array("targets", targets, (None, len(frame)))
+    if not len(given):
+        return np.zeros((0, len(frame)), dtype=np.int64), np.zeros(0)
+    with np.errstate(over="ignore"):
+        rotated = (given / unit) @ frame
+        farthest = np.abs(rotated / np.abs(np.diag(r)).min()).max()
+    if not farthest < FARTHEST:
+        raise InvalidInputError(
+            f"a target is {farthest:.2g} lengths of the basis from the origin; expected below {FARTHEST:.2g}, beyond "
+            "which double precision does not tell lattice vectors apart. Subtract a lattice vector near the targets"
+        )
+    # The rounding of far coordinates must not exclude the vector that the bound is from.
+    rounding = 16.0 * len(frame) * np.finfo(np.float64).eps * (1.0 + np.abs(rotated).max(axis=1))
+    bound = np.square(np.sqrt(_nearest_plane(r, rotated)) * (1.0 + 1e-9) + rounding)
     found = vectors_within(r, rotated, bound)
     starts = np.flatnonzero(np.r_[True, found.target[1:] != found.target[:-1]])
     least = np.minimum.reduceat(found.squared, starts)
     is_least = found.squared == least[found.target]
-    first = np.full(len(targets), -1, dtype=np.int64)
+    first = np.full(len(given), -1, dtype=np.int64)
     hits = np.flatnonzero(is_least)[::-1]
     first[found.target[hits]] = hits
-    return found.coefficients[first], least
+    with np.errstate(over="ignore", under="ignore"):
+        return found.coefficients[first], least * unit * unit
 
 
 def _nearest_plane(r: Matrix, targets: Matrix) -> Matrix:
@@ -172,11 +193,26 @@ def _nearest_plane(r: Matrix, targets: Matrix) -> Matrix:
 
 def shortest_vectors(basis: Matrix, *, tolerance: float = 1e-9) -> tuple[Integers, Matrix]:
     """Coefficients (N, n) of all vectors of least positive length in a reduced basis, and their vectors (N, n)."""
-    basis = _square(basis)
-    squares = np.einsum("ij,ij->j", basis, basis)
-    coefficients, vectors, squared = vectors_up_to(basis, float(squares.min()) * (1.0 + tolerance))
+    unit = magnitude(_square(basis))
+    scaled = _regular(basis)
+    squares = np.einsum("ij,ij->j", scaled, scaled)
+    coefficients, vectors, squared = vectors_up_to(scaled, float(squares.min()) * (1.0 + tolerance))
     keep = squared <= squared.min() * (1.0 + 2.0 * tolerance)
-    return coefficients[keep], vectors[keep]
+    return coefficients[keep], vectors[keep] * unit
+
+
+def _regular(basis: Matrix) -> Matrix:
+    """The basis, (n, n), in units of its magnitude. Raises InvalidInputError if it is (nearly) singular."""
+    given = _square(basis)
+    scaled: Matrix = given / magnitude(given)
+    with np.errstate(all="ignore"):
+        condition = np.linalg.cond(scaled)
+    if not condition < 1e13:
+        raise InvalidInputError(
+            f"the basis has condition number {condition:.2g}; expected below 1e13. Its vectors are (nearly) linearly "
+            "dependent: rescale it, or pass a basis of full rank"
+        )
+    return scaled
 
 
 def _square(basis: Matrix) -> Matrix:

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_unmasked
 from spectral_core.errors import InvalidInputError
+from spectral_core.volume.fill_values import range_without_fill_values
 
 VOLUME_SOURCES = "read_volume of spectral_core.volume.files reads a file, sample_volume makes a sample"
 """Hint for a name or a path in place of a volume."""
@@ -70,6 +71,11 @@ class ScalarVolume:
     def value_range(self) -> tuple[float, float]:
         """Least and greatest value of the field."""
         return float(self.data.min()), float(self.data.max())
+
+    @cached_property
+    def range_without_fill_values(self) -> tuple[float, float]:
+        """Least and greatest value, without values far beyond all others that mark missing data (-9999, 1e20)."""
+        return range_without_fill_values(self.data)
 
     @cached_property
     def index_from_world(self) -> NDArray[np.float64]:

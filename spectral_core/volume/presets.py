@@ -11,6 +11,7 @@ import numpy as np
 from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.fill_values import some_values, without_fill_values
 from spectral_core.volume.gradient import gradient_magnitude
 from spectral_core.volume.transfer import Material, TransferFunction
 
@@ -27,42 +28,13 @@ def preset(name: str, volume: ScalarVolume, density: float = 1.0) -> TransferFun
 
 def _places(volume: ScalarVolume) -> tuple[np.ndarray, float]:
     """Data values at 0, 0.1 … 1 of the range without outliers, and one voxel's world length."""
-    stride = max(1, round((volume.data.size / 2e6) ** (1 / 3)))
-    some = _without_fill_values(np.sort(volume.data[::stride, ::stride, ::stride].astype(np.float64), axis=None))
+    some = without_fill_values(some_values(volume.data))
     low, high = float(some[0]), float(np.percentile(some, 99.9))
     if high <= low:
         high = float(some[-1])
     if high <= low:
         high = low + 1.0
     return low + (high - low) * np.linspace(0, 1, 11), float(np.prod(volume.voxel_size) ** (1 / 3))
-
-
-def _without_fill_values(values: np.ndarray) -> np.ndarray:
-    """Sorted ``values`` without those at an end that mean "no data".
-
-    A value at either end is a fill value if the gap to the next one is ten times as wide as the range of the others. A
-    gap as wide as that range is sufficient for values that file formats and instruments use for missing data (-9999,
-    -32768, 1e20, …).
-    """
-    for _ in range(4):  # both ends, and a second kind of fill value behind each
-        distinct = np.unique(values)
-        if len(distinct) < 4:
-            return values
-        below, above = distinct[1] - distinct[0], distinct[-1] - distinct[-2]
-        at_low = below > _gap(distinct[0]) * (distinct[-1] - distinct[1])
-        at_high = above > _gap(distinct[-1]) * (distinct[-2] - distinct[0])
-        if not (at_low or at_high):
-            return values
-        drop_low = at_low and (not at_high or below >= above)
-        values = values[values > distinct[0]] if drop_low else values[values < distinct[-1]]
-    return values
-
-
-def _gap(value: float) -> float:
-    """Size of a gap, in ranges of the other values: smaller for a value that often marks missing data."""
-    magnitude = abs(value)
-    known = magnitude in (999.0, 9999.0, 99999.0, 32768.0, 32767.0, 65535.0) or magnitude >= 1e15
-    return 1.0 if known or value == -1e9 else 10.0
 
 
 def wide(volume: ScalarVolume) -> TransferFunction:

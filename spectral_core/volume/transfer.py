@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, read_only_when_copied, require_range
 from spectral_core.errors import InvalidInputError
 
+FARTHEST_KNOT = 1e300
+"""Largest size of a knot: the difference of two knots is a double."""
 LARGEST = 1e30
 """Largest extinction, emission, weight and color: its product with a step fits into single precision."""
 
@@ -169,6 +171,7 @@ def _emission(material: Material) -> Array:
 
 def _increasing(name: str, knots: Sequence[float] | Array) -> Array:
     checked = frozen_array(name, knots, (None,))
+    require_range(f"the largest number of {name}", float(np.abs(checked).max(initial=0.0)), 0.0, FARTHEST_KNOT)
     if len(checked) == 0 or np.any(np.diff(checked) < 0):
         raise InvalidInputError(
             f"{name} must be at least one number, none below the one before; got {checked.tolist()}"

@@ -56,3 +56,35 @@ def test_weights_at_one_slope_are_stored(blender, ramp):
         again = looks.stated_transfer(data).transfer.materials[0]
         assert np.allclose(again.weight(np.array([0.5, 1.0])), 1.0)
         assert data.spectral.materials[0].gradient > 0
+
+
+@pytest.mark.parametrize("mark", [1e20, -9999.0])
+def test_fill_values_leave_a_transfer_function_its_shape(blender, tmp_path, mark):
+    """The curve of the range to 1e20 had all its points at 0: the peak was lost, and the volume empty."""
+    from blender_addon.translate.volume_looks.transfer import stated_transfer
+
+    data = np.linspace(0.0, 4.0, 600, dtype=np.float32).reshape(10, 10, 6)
+    data[0] = mark
+    np.save(tmp_path / "filled.npy", data)
+    bpy.ops.spectral.volume_import(filepath=str(tmp_path / "filled.npy"), preset="narrow")
+    for material in stated_transfer(bpy.context.object.data).transfer.materials:
+        assert np.diff(material.values).min() > 0.005
+        assert material.extinction.max() > 0.5
+
+
+def test_a_peak_too_narrow_for_a_curve_is_refused(blender, ramp):
+    from blender_addon.translate.volume_looks.transfer import stated_transfer, store_transfer
+    from spectral_core.errors import InvalidInputError
+    from spectral_core.volume.documents.transfer_document import TransferDocument
+    from spectral_core.volume.transfer import Material, TransferFunction
+
+    bpy.ops.spectral.volume_import(filepath=str(ramp[0]), preset="wide")
+    data = bpy.context.object.data
+    before = stated_transfer(data).transfer.names
+    peak = Material("thin", [0.4, 0.4 + 4e-7, 0.4 + 8e-7], [0, 1, 0], [1, 1, 1])
+    with pytest.raises(InvalidInputError, match="'thin' has a peak between 0.4 and 0.4000008"):
+        store_transfer(data, TransferDocument(TransferFunction((peak,)), "fraction", "voxel"))
+    assert stated_transfer(data).transfer.names == before  # the old function is kept
+    jump = Material("jump", [0.4, 0.4, 0.4], [0, 1, 0.5], [1, 1, 1])
+    store_transfer(data, TransferDocument(TransferFunction((jump,)), "fraction", "voxel"))
+    assert stated_transfer(data).transfer.materials[0].extinction.tolist() == [0, 1, 0.5]

@@ -15,6 +15,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.plan import plan
+from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import LARGEST, Material, TransferFunction
 from spectral_core.volume.view import View
@@ -69,3 +70,29 @@ def test_numbers_that_make_a_picture_infinite_are_refused(name: str) -> None:
     Material("all", np.array([0.0, 1.0]), **{**given, name: LARGEST * given[name] / given[name].max()})
     with pytest.raises(InvalidInputError, match=rf"the largest number of {name} of material 'all' is 1e\+31"):
         Material("all", np.array([0.0, 1.0]), **{**given, name: 10 * LARGEST * given[name] / given[name].max()})
+
+
+@pytest.mark.parametrize("factor", [1e-310, 1e-200, 1e-100, 1e200])
+@pytest.mark.parametrize("name", ["narrow", "edges"])
+def test_presets_show_extreme_data(factor: float, name: str) -> None:
+    """Data below 1e-308 made a picture of NaN; squares of slopes below 1e-160 and above 1e150 are no doubles."""
+    ball = np.sqrt((np.stack(np.mgrid[-5:6, -5:6, -5:6]) ** 2).sum(axis=0))
+    pictures = []
+    for scale in (1.0, factor):
+        volume = ScalarVolume("ball", scale * (9.0 - ball))
+        view = View.around(volume, 20.0, 15.0, width=12, height=12)
+        shown = VolumeRenderer(volume).render(view, preset(name, volume), Stepping("uniform", "midpoint", 0.02))
+        pictures.append(shown.picture())
+    assert np.isfinite(pictures[1]).all()
+    assert pictures[0].max() > 0.1
+    if factor > 1e-300:  # single precision holds the others with all their digits
+        np.testing.assert_allclose(pictures[1], pictures[0], atol=0.02)
+
+
+def test_values_and_knots_whose_difference_is_no_double_are_refused() -> None:
+    """Data beyond 9e307 ended in an OverflowError."""
+    volume = ScalarVolume("huge", np.array([[[-1.5e308, 1.5e308]]]))
+    with pytest.raises(InvalidInputError, match=r"'huge' has values from -1.5e\+308 to 1.5e\+308"):
+        VolumeRenderer(volume)
+    with pytest.raises(InvalidInputError, match="the largest number of values of material 'all'"):
+        Material("all", np.array([-1.7e308, 1.7e308]), np.zeros(2), COLOR)

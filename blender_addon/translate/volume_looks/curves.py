@@ -81,6 +81,25 @@ def set_curve(volume: Volume, material: PropertyGroup, which: str, positions: Ar
     volume.update_tag()
 
 
+def require_held(name: str, positions: ArrayLike, heights: ArrayLike) -> None:
+    """Raise InvalidInputError for a peak of the material ``name`` that a curve widget cannot hold."""
+    x, y = np.asarray(positions, float), np.asarray(heights, float)
+    near = np.diff(x) < JUMP * np.maximum(1.0, np.abs(x[:-1]))
+    start = 0
+    for end in range(1, len(x) + 1):
+        if end < len(x) and near[end - 1]:
+            continue
+        rises = np.diff(y[start:end])
+        # A jump keeps the values on both sides: what rises and falls between them is lost.
+        if x[end - 1] > x[start] and rises.min() < 0.0 < rises.max():
+            raise InvalidInputError(
+                f"material {name!r} has a peak between {x[start]:.9g} and {x[end - 1]:.9g} of the curve's range. It is "
+                f"narrower than {JUMP:g}, the least that a curve of Blender holds: widen it, or replace values of the "
+                "data that are far beyond the others, which make the range so wide"
+            )
+        start = end
+
+
 def curve_points(volume: Volume, material: PropertyGroup, which: str) -> tuple[np.ndarray, np.ndarray]:
     """Positions (n,) and heights (n,) of a curve as straight lines; curved parts are sampled finely.
 

@@ -13,7 +13,7 @@ from spectral_core.volume.transfer import Material, TransferFunction
 from ... import compat
 from ...properties.volume import LEAST_STEEPNESS, RANGE_KEY
 from ..spectra.stored import require_editable, spectrum_of, store_spectrum
-from .curves import add_material, clear, curve_points, set_curve
+from .curves import add_material, clear, curve_points, require_held, set_curve
 
 GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
 """Wavelengths of a transfer function with a spectrum in any of its materials."""
@@ -95,11 +95,18 @@ def _values_at(knots: np.ndarray, left: np.ndarray, x: np.ndarray, y: np.ndarray
 
 
 def store_transfer(volume: Volume, stated: TransferDocument) -> None:
-    """Replace the materials of a Volume. Raises InvalidInputError if they are not in fractions and voxels."""
+    """Replace the materials of a Volume.
+
+    Raises InvalidInputError if they are not in fractions and voxels, or have peaks too narrow for Blender's curves.
+    """
     if (stated.values, stated.length) != ("fraction", "voxel"):
         raise InvalidInputError("a volume keeps fractions of its range, per voxel; fit the function to it first")
     require_editable(volume)
     transfer = stated.transfer
+    for material in transfer.materials:
+        for heights in (material.extinction, material.emission):
+            if heights is not None:
+                require_held(material.name, material.values, heights)
     colors = np.clip(display_matrix(transfer), 0.0, 1.0) @ np.linalg.inv(_rgb_from_working()).T
     clear(volume)
     for material, color in zip(transfer.materials, colors, strict=True):

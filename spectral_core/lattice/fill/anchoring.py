@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.fill.cap_ellipsoid import cap_ellipsoid
-from spectral_core.lattice.fill.regions import NormBall, Region
+from spectral_core.lattice.fill.regions import NormBall, Region, p_norms
 
 Matrix = NDArray[np.float64]
 
@@ -257,7 +257,7 @@ def _ball_gauge(ball: NormBall, vectors: Matrix) -> Matrix:
         return ball.norms(vectors)
     # The center is at least this deep inside, so the gauge lies between |v| / 4 and |v| / reach.
     reach = 1.0 - float(ball.norms(np.zeros((1, len(ball.center))))[0])
-    high = np.linalg.norm(np.abs(vectors / ball.radii), ord=ball.p, axis=1) / reach + 1e-300
+    high = p_norms(vectors / ball.radii, ball.p) / reach + 1e-300
     low = 0.25 * high * reach
     for _ in range(60):
         middle = 0.5 * (low + high)

@@ -29,8 +29,7 @@ class NormBall:
 
     def norms(self, points: Matrix) -> Matrix:
         """‖(x - center) / radii‖_p of points (N, n), (N,)."""
-        scaled = np.abs((points - self.center) / self.radii)
-        return np.asarray(np.linalg.norm(scaled, ord=self.p, axis=1))
+        return p_norms((points - self.center) / self.radii, self.p)
 
     def outer_radius(self) -> float:
         """Radius of the 2-norm ball around it, in scaled coordinates: n^max(0, 1/2 - 1/p)."""
@@ -62,6 +61,17 @@ class NormBall:
             gradient /= np.linalg.norm(gradient, ord=dual)
         row = gradient / self.radii
         return row, float(1.0 + row @ self.center)
+
+
+def p_norms(vectors: Matrix, p: float) -> Matrix:
+    """‖v‖_p of vectors (N, n), (N,)."""
+    sizes = np.abs(vectors)
+    if p <= 2.0:
+        return np.asarray(np.linalg.norm(sizes, ord=p, axis=1))
+    # High powers of numbers away from 1 are 0 or infinite.
+    largest = sizes.max(axis=1)
+    shares = sizes / np.where(largest > 0.0, largest, 1.0)[:, None]
+    return np.asarray(largest * np.linalg.norm(shares, ord=p, axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +146,12 @@ def box(low: ArrayLike, high: ArrayLike) -> Region:
     lower = frozen_array("low", low, (None,))
     upper = frozen_array("high", high, (len(lower),))
     _check_dimensions(len(lower))
+    if not (lower < upper).all():
+        axis = int(np.argmin(lower < upper))
+        raise InvalidInputError(
+            f"the box has low {lower[axis]} and high {upper[axis]} on axis {axis}; expected low < high. Leave out an "
+            "axis that should not vary"
+        )
     with np.errstate(over="ignore"):
         width = upper - lower
     if not np.isfinite(width).all():
@@ -143,12 +159,6 @@ def box(low: ArrayLike, high: ArrayLike) -> Region:
         raise InvalidInputError(
             f"the box reaches from {lower[axis]} to {upper[axis]} on axis {axis}, which is wider than the largest "
             "double number; expected less than 1.8e308. Choose a larger unit for that axis"
-        )
-    if not (width > 0).all():
-        axis = int(np.argmin(width))
-        raise InvalidInputError(
-            f"the box has low {lower[axis]} and high {upper[axis]} on axis {axis}; expected low < high. Leave out an "
-            "axis that should not vary"
         )
     n = len(lower)
     rows = np.concatenate([np.eye(n), -np.eye(n)])

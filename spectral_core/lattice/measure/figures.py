@@ -12,16 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.measure.voronoi import (
     MAX_RELEVANT_DIMENSIONS,
     MAX_VERTEX_DIMENSIONS,
     checked_basis,
     relevant_vectors,
+    volume_of,
     voronoi_cell,
 )
 from spectral_core.lattice.optimization import cell_samples
-from spectral_core.lattice.reduction import closest_vectors, shortest_vectors
+from spectral_core.lattice.reduction import closest_vectors, magnitude, shortest_vectors
 
 Matrix = NDArray[np.float64]
 
@@ -56,7 +58,7 @@ class FiguresOfMerit:
 
     dimensions: int
     determinant: float
-    """|det G|, the volume per point."""
+    """|det G|, the volume per point; 0 or infinite where no double holds it."""
     packing_radius: float
     """ρ: half the least distance of two points."""
     kissing_number: int
@@ -79,7 +81,9 @@ class FiguresOfMerit:
 
 def figures_of_merit(basis: ArrayLike, *, samples: int = 65536, seed: int = 0) -> FiguresOfMerit:
     """All figures of the lattice with these basis vectors (columns); ``samples`` and ``seed`` serve n above 4."""
-    reduced = checked_basis(basis)
+    given = checked_basis(basis)
+    length = magnitude(given)  # figures without a unit must not depend on that of the basis
+    reduced = given / length
     n = len(reduced)
     determinant = float(abs(np.linalg.det(reduced)))
     radius, kissing = packing(reduced)
@@ -87,12 +91,12 @@ def figures_of_merit(basis: ArrayLike, *, samples: int = 65536, seed: int = 0) -
     ball = unit_ball_volume(n)
     return FiguresOfMerit(
         dimensions=n,
-        determinant=determinant,
-        packing_radius=radius,
+        determinant=volume_of(given),
+        packing_radius=radius * length,
         kissing_number=kissing,
         density=ball * radius**n / determinant,
         center_density=radius**n / determinant,
-        covering_radius=covering,
+        covering_radius=Bounds(covering.lower * length, covering.upper * length),
         thickness=Bounds(ball * covering.lower**n / determinant, ball * covering.upper**n / determinant),
         second_moment=second_moment(reduced, samples=samples, seed=seed),
         relevant_vectors=len(relevant_vectors(reduced)) if n <= MAX_RELEVANT_DIMENSIONS else None,
@@ -107,8 +111,10 @@ def unit_ball_volume(dimensions: int) -> float:
 
 def packing(basis: ArrayLike) -> tuple[float, int]:
     """Packing radius and kissing number, exact."""
-    vectors = shortest_vectors(checked_basis(basis))[1]
-    return float(0.5 * np.sqrt(np.einsum("ij,ij->i", vectors, vectors).min())), len(vectors)
+    reduced = checked_basis(basis)
+    length = magnitude(reduced)
+    vectors = shortest_vectors(reduced / length)[1]
+    return float(0.5 * np.sqrt(np.einsum("ij,ij->i", vectors, vectors).min()) * length), len(vectors)
 
 
 def covering_radius(basis: ArrayLike, *, seed: int = 0, starts: int = 24) -> Bounds:
@@ -117,10 +123,13 @@ def covering_radius(basis: ArrayLike, *, seed: int = 0, starts: int = 24) -> Bou
     Bounded work: at most 20 linear programs per climb to n = 12, only sampled distances beyond. The upper bound is
     that of the nearest-plane rectangle, ½ (Σ r_ii²)^½.
     """
-    reduced = checked_basis(basis)
+    starts = require_whole("starts", starts, 0, 1 << 20)
+    given = checked_basis(basis)
+    length = magnitude(given)  # the linear programs have absolute tolerances
+    reduced = given / length
     n = len(reduced)
     if n <= MAX_VERTEX_DIMENSIONS:
-        exact = voronoi_cell(reduced).covering_radius
+        exact = voronoi_cell(given).covering_radius
         return Bounds(exact, exact)
     targets = cell_samples(n, 4096, seed) @ reduced.T
     nearest, squared = closest_vectors(reduced, targets)
@@ -130,7 +139,7 @@ def covering_radius(basis: ArrayLike, *, seed: int = 0, starts: int = 24) -> Bou
         farthest = errors[np.argsort(-squared)[:starts]]
         lower = max(lower, _climb_to_vertices(relevant_vectors(reduced), farthest))
     upper = 0.5 * float(np.sqrt((np.diag(np.linalg.qr(reduced, mode="r")) ** 2).sum()))
-    return Bounds(lower, max(upper, lower))
+    return Bounds(lower * length, max(upper, lower) * length)
 
 
 def _climb_to_vertices(relevant: Matrix, positions: Matrix) -> float:
@@ -156,12 +165,15 @@ def second_moment(basis: ArrayLike, *, samples: int = 65536, seed: int = 0) -> E
 
     ``samples`` (a power of two) are split into 8 independently scrambled sets, whose spread gives the error.
     """
-    reduced = checked_basis(basis)
+    samples = require_whole("samples", samples, 0, 1 << 30)
+    if samples < 64 or samples & (samples - 1):
+        raise InvalidInputError(f"samples is {samples}; expected a power of two of at least 64")
+    seed = require_whole("seed", seed, 0, 1 << 59)
+    given = checked_basis(basis)
+    reduced = given / magnitude(given)
     n = len(reduced)
     if n <= MAX_EXACT_MOMENT_DIMENSIONS:
         return Estimate(voronoi_cell(reduced).second_moment)
-    if samples < 64:
-        raise InvalidInputError(f"samples is {samples}; expected a power of two of at least 64")
     means = []
     for replicate in range(_REPLICATES):
         points = cell_samples(n, samples // _REPLICATES, seed * _REPLICATES + replicate)

@@ -72,8 +72,8 @@ def separation(points: ArrayLike, *, volume: float = 1.0) -> float:
     given = frozen_array("points", points, (None, None))
     volume = require_range("volume", volume, 1e-300, 1e300)
     m, n = given.shape
-    if m < 2:
-        raise InvalidInputError(f"separation needs at least 2 points, got {m}")
+    if m < 2 or n < 1:
+        raise InvalidInputError(f"points has shape {given.shape}; expected at least 2 points of at least 1 dimension")
     nearest = KDTree(given).query(given, k=2)[0][:, 1].min()
     return float(0.5 * nearest * (m / volume) ** (1.0 / n))
 
@@ -83,6 +83,8 @@ def prefix_separations(points: ArrayLike, *, volume: float = 1.0) -> Matrix:
     given = frozen_array("points", points, (None, None))
     volume = require_range("volume", volume, 1e-300, 1e300)
     m, n = given.shape
+    if n < 1:
+        raise InvalidInputError(f"points has shape {given.shape}; expected points of at least 1 dimension")
     nearest = np.empty(max(m - 1, 0))
     for i in range(1, m):
         away = given[:i] - given[i]
@@ -107,7 +109,9 @@ def latinized(points: ArrayLike, low: ArrayLike | None = None, high: ArrayLike |
     if outside.any():
         raise InvalidInputError(f"{int(outside.any(axis=1).sum())} of {m} points lie outside the box to latinize in")
     ranks = np.argsort(np.argsort(given, axis=0, kind="stable"), axis=0, kind="stable")
-    moved = lower + (ranks + 0.5) / max(m, 1) * (upper - lower)
+    share = (ranks + 0.5) / max(m, 1)
+    # The width of a box may be no double where both of its ends are.
+    moved = lower * (1.0 - share) + upper * share
     return np.asarray(moved, dtype=np.float64)
 
 

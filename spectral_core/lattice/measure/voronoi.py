@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
-from spectral_core.lattice.reduction import closest_vectors, lll, vectors_within
+from spectral_core.lattice.reduction import closest_vectors, lll, magnitude, vectors_within
 
 Matrix = NDArray[np.float64]
 
@@ -45,7 +45,9 @@ def relevant_vectors(basis: ArrayLike) -> Matrix:
 
     A shortest vector of its class modulo 2Λ is relevant exactly when it is unique there up to sign.
     """
-    reduced = checked_basis(basis)
+    given = checked_basis(basis)
+    length = magnitude(given)  # the tolerances hold for lengths near 1
+    reduced = given / length
     n = len(reduced)
     if n > MAX_RELEVANT_DIMENSIONS:
         raise InvalidInputError(
@@ -59,7 +61,7 @@ def relevant_vectors(basis: ArrayLike) -> Matrix:
     alone = np.bincount(found.target, minlength=len(classes)) == 2
     keep = alone[found.target]
     vectors: Matrix = (2 * found.coefficients[keep] - classes[found.target[keep]]) @ reduced.T
-    return vectors[np.argsort(np.einsum("ij,ij->i", vectors, vectors), kind="stable")]
+    return vectors[np.argsort(np.einsum("ij,ij->i", vectors, vectors), kind="stable")] * length
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +73,20 @@ class VoronoiCell:
     vertices: Matrix
     """Corners, (V, n)."""
     volume: float
-    """|det G|."""
+    """|det G|; 0 or infinite where no double holds it."""
+
+    @functools.cached_property
+    def _unit(self) -> tuple[Matrix, Matrix]:
+        """Relevant vectors and corners in units of their magnitude, whose squares and products are doubles."""
+        length = magnitude(self.relevant)
+        return self.relevant / length, self.vertices / length
 
     @functools.cached_property
     def facets(self) -> tuple[frozenset[int], ...]:
         """Indices of the vertices on each facet, in the order of ``relevant``."""
-        halfway = 0.5 * np.einsum("ij,ij->i", self.relevant, self.relevant)
-        on = np.abs(self.relevant @ self.vertices.T - halfway[:, None]) < 2.0 * TOLERANCE * halfway[:, None]
+        relevant, vertices = self._unit
+        halfway = 0.5 * np.einsum("ij,ij->i", relevant, relevant)
+        on = np.abs(relevant @ vertices.T - halfway[:, None]) < 2.0 * TOLERANCE * halfway[:, None]
         return tuple(frozenset(np.flatnonzero(row).tolist()) for row in on)
 
     @functools.cached_property
@@ -98,7 +107,9 @@ class VoronoiCell:
     @functools.cached_property
     def covering_radius(self) -> float:
         """Distance of the farthest vertex, which is a deep hole."""
-        return float(np.sqrt(np.einsum("ij,ij->i", self.vertices, self.vertices).max()))
+        vertices = self._unit[1]
+        farthest = np.sqrt(np.einsum("ij,ij->i", vertices, vertices).max())
+        return float(farthest * magnitude(self.relevant))
 
     @functools.cached_property
     def second_moment(self) -> float:
@@ -106,16 +117,19 @@ class VoronoiCell:
         n = self.relevant.shape[1]
         if n == 1:
             return 1.0 / 12.0
-        corners = self.vertices[_hull_simplices(self.vertices)]  # (F, n, n), the origin is the last corner
+        vertices = self._unit[1]
+        corners = vertices[_hull_simplices(vertices)]  # (F, n, n), the origin is the last corner
         volumes = np.abs(np.linalg.det(corners)) / math.factorial(n)
         squares = np.einsum("fij,fij->f", corners, corners) + np.einsum("fj,fj->f", corners.sum(1), corners.sum(1))
         integral = float(volumes @ squares) / ((n + 1) * (n + 2))
-        return integral / (n * self.volume ** (1.0 + 2.0 / n))
+        return integral / (n * float(volumes.sum()) ** (1.0 + 2.0 / n))
 
 
 def voronoi_cell(basis: ArrayLike) -> VoronoiCell:
     """Voronoi cell of the lattice with basis vectors as columns; InvalidInputError above 6 dimensions."""
-    reduced = checked_basis(basis)
+    given = checked_basis(basis)
+    length = magnitude(given)
+    reduced = given / length
     n = len(reduced)
     if n > MAX_VERTEX_DIMENSIONS:
         raise InvalidInputError(
@@ -123,14 +137,25 @@ def voronoi_cell(basis: ArrayLike) -> VoronoiCell:
             "relevant_vectors and the figures of merit go further"
         )
     relevant = relevant_vectors(reduced)
-    volume = float(abs(np.linalg.det(reduced)))
+    volume = volume_of(given)
     if n == 1:
-        return VoronoiCell(relevant, 0.5 * relevant, volume)
+        return VoronoiCell(relevant * length, 0.5 * relevant * length, volume)
     from scipy.spatial import HalfspaceIntersection
 
     halfway = 0.5 * np.einsum("ij,ij->i", relevant, relevant)
     corners = HalfspaceIntersection(np.column_stack([relevant, -halfway]), np.zeros(n)).intersections
-    return VoronoiCell(relevant, _distinct(corners), volume)
+    return VoronoiCell(relevant * length, _distinct(corners) * length, volume)
+
+
+def volume_of(basis: Matrix) -> float:
+    """|det| of a basis, the volume per point; 0 or infinite where no double holds it."""
+    length = magnitude(basis)
+    with np.errstate(over="ignore", under="ignore"):
+        # One factor after the other: length**n may overflow where the product does not.
+        volume = float(abs(np.linalg.det(basis / length)))
+        for _ in range(len(basis)):
+            volume *= length
+    return volume
 
 
 def _distinct(points: Matrix) -> Matrix:

@@ -31,7 +31,8 @@ MOST_SAMPLES = 20_000_000
 class TransferDocument:
     """A transfer function with its stated units.
 
-    ``values``: ``"data"``, or ``"fraction"`` of the range from a volume's least to its greatest value. ``length``:
+    ``values``: ``"data"``, or ``"fraction"`` of the range from a volume's least to its greatest value, without values
+    that mark missing data. ``length``:
     extinction, emission and gradients are per ``"world"`` unit or per ``"voxel"``.
     """
 
@@ -51,7 +52,7 @@ class TransferDocument:
         Fractions refer to ``value_range``, by default the volume's: a sequence has one range for all its frames. A
         voxel's length is the cube root of its volume, if voxels are no cubes.
         """
-        low, high = volume.value_range if value_range is None else value_range
+        low, high = volume.range_without_fill_values if value_range is None else value_range
         span = high - low if high > low else 1.0
         scale, start = (span, low) if self.values == "fraction" else (1.0, 0.0)
         per_world = 1 / voxel_length(volume) if self.length == "voxel" else 1.0
@@ -63,7 +64,7 @@ def stated_in_fractions(
     transfer: TransferFunction, volume: ScalarVolume, value_range: tuple[float, float] | None = None
 ) -> TransferDocument:
     """The inverse of ``for_volume``: fractions of the range, per voxel."""
-    low, high = volume.value_range if value_range is None else value_range
+    low, high = volume.range_without_fill_values if value_range is None else value_range
     span, voxel = (high - low if high > low else 1.0), voxel_length(volume)
     stated = [_fitted(material, -low / span, 1 / span, voxel) for material in transfer.materials]
     return TransferDocument(replace(transfer, materials=tuple(stated)), "fraction", "voxel")

@@ -19,6 +19,7 @@ from spectral_core.volume.march.arithmetic import bounded, smaller
 
 _PACKED_LIMIT = 1 << 28  # voxels; four bytes each
 _MOST_VOXELS = (1 << 32) - 1  # Dr.Jit numbers the entries of an array in 32 bits
+_GREATEST = 1e300  # the difference of larger values may be no double
 
 
 class DeviceVolume:
@@ -28,7 +29,7 @@ class DeviceVolume:
     fetch; else one byte each) and all others as float32 of (f - ``base``) / ``unit``. The base is 0, where float32 is
     finest, unless all data are far from it on one side; the unit is a power of two, so it causes no rounding.
 
-    Raises InvalidInputError for a field of 2^32 voxels or more.
+    Raises InvalidInputError for a field of 2^32 voxels or more, and for values above 1e300 in size.
     """
 
     def __init__(self, types: Any, volume: ScalarVolume) -> None:
@@ -38,6 +39,12 @@ class DeviceVolume:
             raise InvalidInputError(
                 f"volume {volume.name!r} has {shape} = {volume.data.size:,} voxels; fewer than 2^32 = "
                 f"{_MOST_VOXELS + 1:,} can be rendered. Crop it, or take every second voxel along each axis"
+            )
+        low, high = volume.value_range
+        if max(-low, high) > _GREATEST:
+            raise InvalidInputError(
+                f"volume {volume.name!r} has values from {low:g} to {high:g}; values to {_GREATEST:g} in size can be "
+                "rendered. Divide the data by a constant, or replace the value that marks missing data"
             )
         data = volume.data.transpose(2, 1, 0)  # x fastest
         self.is_byte = data.dtype == np.uint8

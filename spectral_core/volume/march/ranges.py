@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.volume.march.brick_word import BrickWord, Mask, Words
 from spectral_core.volume.march.bricks import BrickStatistics
-from spectral_core.volume.march.tables import TransferTable
+from spectral_core.volume.march.tables import LEAST_WIDTH, TransferTable
 
 BINS = 512
 Floats = NDArray[np.float64]
@@ -86,7 +86,7 @@ class RangeTables:
         mean = np.where(depth > 1e-6, -np.expm1(-depth) / np.where(depth > 0, depth, 1.0), 1.0)
         saturated = columns[:, :k] * (mean * self.voxel)[:, None]
         # Bins of a narrow range far from zero may have less width than the numbers there can have.
-        widths = np.maximum(np.diff(self.edges), np.spacing(np.abs(self.edges).max()))
+        widths = np.maximum(np.diff(self.edges), max(np.spacing(np.abs(self.edges).max()), LEAST_WIDTH))
         rises: Floats = np.diff(saturated, axis=0) / widths[:, None]
         return rises
 
@@ -110,7 +110,7 @@ class RangeTables:
         """Bin of each data value; values beyond the edges count as in the first or last bin."""
         if self.is_even:
             # Equal bins need no search: this runs over every brick of the field, millions of them.
-            scale = BINS / (self.edges[-1] - self.edges[0])
+            scale = BINS / max(float(self.edges[-1] - self.edges[0]), LEAST_WIDTH)
             with np.errstate(over="ignore"):  # values far beyond the edges are in the first or last bin as well
                 return np.clip((values - np.float64(self.edges[0])) * scale, 0, BINS - 1).astype(np.intp)
         return np.clip(np.searchsorted(self.edges, values, side="right") - 1, 0, BINS - 1)

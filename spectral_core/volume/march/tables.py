@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.transfer import Material, TransferFunction, interpolate
 
+LEAST_WIDTH = 1e-305
+"""Least difference of two data values that quotients are formed with, so that these are doubles."""
+
 Array = NDArray[np.float64]
 Curves = Callable[[Array], Array]
 
@@ -149,11 +152,14 @@ def _segments(knots: Array, after: Curves, before: Curves, materials: int) -> Tr
     cumulative = np.vstack([np.zeros(right.shape[1]), np.cumsum(0.5 * (right[:-1] + left[1:]) * width, axis=0)])
     # Outside the knots the columns are level: no rise.
     level = np.zeros((1, right.shape[1]))
+    with np.errstate(over="ignore"):
+        rises = (left[1:] - right[:-1]) / width
+    rises = np.where(np.isfinite(rises), rises, 0.0)  # between values as near as 1e-308, a step
     table = TransferTable(
         knots,
         np.concatenate([knots[:1], knots]),
         np.vstack([right[:1], right]),
-        np.vstack([level, (left[1:] - right[:-1]) / width, level]),
+        np.vstack([level, rises, level]),
         np.vstack([cumulative[:1], cumulative]),
         ~np.concatenate(
             [(right[:1] > 0).any(-1), ((right[:-1] > 0) | (left[1:] > 0)).any(-1), (right[-1:] > 0).any(-1)]

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures do not depend on the unit of a basis, and regions not on that of a parameter."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from spectral_core import lattice
+from spectral_core.cli import main
+from spectral_core.errors import InvalidInputError
+
+# Conway and Sloane, Sphere Packings, Lattices and Groups, tables 1.2 and 2.3: E7 in the scale of its roots.
+E7_DIAGRAM = [(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (6, 2)]
+E7_KISSING, E7_PACKING, E7_COVERING, E7_MOMENT = 126, math.sqrt(2) / 2, math.sqrt(3 / 2), 0.0732307
+
+
+def _root_lattice(n: int, edges: list[tuple[int, int]]) -> np.ndarray:
+    cartan = 2.0 * np.eye(n)
+    for i, j in edges:
+        cartan[i, j] = cartan[j, i] = -1.0
+    return np.linalg.cholesky(cartan).T
+
+
+@pytest.mark.parametrize("unit", [1e-200, 1e-100, 1e-5, 1e5, 1e100, 1e200])
+def test_figures_in_any_unit(unit: float) -> None:
+    merit = lattice.figures_of_merit(unit * _root_lattice(7, E7_DIAGRAM), samples=8192)
+    assert merit.kissing_number == E7_KISSING
+    assert merit.packing_radius / unit == pytest.approx(E7_PACKING, rel=1e-12)
+    assert merit.covering_radius.lower / unit == pytest.approx(E7_COVERING, rel=1e-9)
+    moment = merit.second_moment
+    assert moment.value == pytest.approx(E7_MOMENT, abs=4 * moment.standard_error)
+
+
+@pytest.mark.parametrize("unit", [1e-200, 1e-100, 1e100, 1e200])
+def test_the_cell_of_cubes_in_any_unit(unit: float) -> None:
+    cubes = unit * np.eye(3)
+    cell = lattice.voronoi_cell(cubes)
+    assert cell.face_counts == (8, 12, 6)
+    assert cell.covering_radius / unit == pytest.approx(math.sqrt(3) / 2)
+    assert cell.second_moment == pytest.approx(1 / 12)
+    assert lattice.are_congruent(cubes, cubes[:, ::-1])
+    assert not lattice.are_congruent(cubes, 1.01 * cubes)
+    assert lattice.are_similar(cubes, np.eye(3))
+    assert np.allclose(np.abs(lattice.shortest_vectors(cubes)[1]).max(axis=1) / unit, 1.0)
+
+
+def test_nearest_vectors_of_far_targets() -> None:
+    rng = np.random.default_rng(3)
+    basis = rng.normal(size=(4, 4)) @ lattice.lll(np.eye(4))
+    basis = basis @ lattice.lll(basis)
+    wanted = rng.integers(-(10**9), 10**9, (50, 4))
+    coefficients, squared = lattice.closest_vectors(basis, wanted @ basis.T)
+    assert (coefficients == wanted).all()
+    assert squared.max() < 1e-10
+    assert lattice.closest_vectors(basis, np.zeros((0, 4)))[0].shape == (0, 4)
+
+
+@pytest.mark.parametrize("call", [lambda x: lattice.closest_vectors(np.eye(2), [[x, 1.0]])])
+@pytest.mark.parametrize("distance", [1e20, 1e300])
+def test_a_target_beyond_double_precision_is_refused(call, distance: float) -> None:
+    with pytest.raises(InvalidInputError, match="does not tell lattice vectors apart"):
+        call(distance)
+
+
+def test_wrong_values_are_refused() -> None:
+    cubes = np.eye(5)
+    for call, message in [
+        (lambda: lattice.second_moment(cubes, samples="many"), "samples"),
+        (lambda: lattice.second_moment(cubes, seed=-1), "seed"),
+        (lambda: lattice.covering_radius(np.eye(7), starts=-1), "starts"),
+        (lambda: lattice.shortest_vectors(np.ones((2, 2))), "condition number"),
+        (lambda: lattice.separation(np.zeros((5, 0))), "dimension"),
+        (lambda: lattice.prefix_separations(np.zeros((5, 0))), "dimension"),
+        (lambda: lattice.box([0, 1e308], [1, -1e308]), "low < high"),
+    ]:
+        with pytest.raises(InvalidInputError, match=message):
+            call()
+
+
+@pytest.mark.parametrize("p", [500.0, 1e6, 1e300])
+def test_a_ball_of_a_large_p_is_nearly_its_box(p: float) -> None:
+    points = lattice.progressive_fill(lattice.ball([0, 0, 0], 2.0, p=p), 200, seed=1).points
+    assert len(points) == 200
+    assert np.abs(points).max() <= 2.0
+    assert lattice.separation(points, volume=64.0) > 0.45  # 0.4825 without borders
+    assert (np.abs(points).max(axis=0) > 1.6).all()
+
+
+@pytest.mark.parametrize("options", [[], ["--ball", "2"], ["--latin"]])
+def test_the_command_counts_distances_in_shares_of_the_ranges(options: list[str], tmp_path: Path, capsys) -> None:
+    points, reports = [], []
+    for low, high in (("0", "0", "0"), ("1", "1", "1")), (("0", "-1", "5"), ("360", "1e-9", "5.001")):
+        out = tmp_path / "points.csv"
+        given = ["lattice", "--dims", "3", "--points", "150", "--low", *low, "--high", *high, "--out", str(out)]
+        assert main([*given, *options, "--json"]) == 0
+        start, end = np.array(low, float), np.array(high, float)
+        read = np.loadtxt(out, delimiter=",", skiprows=1)
+        assert (read >= start).all()
+        assert (read <= end).all()
+        points.append((read - start) / (end - start))
+        reports.append(json.loads(capsys.readouterr().out.splitlines()[-1])["packing_radius"])
+    assert np.allclose(points[0], points[1], atol=1e-9)
+    if not options:
+        assert lattice.separation(points[1]) > 0.46

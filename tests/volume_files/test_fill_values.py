@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Values that mark missing data do not widen the range that fractions refer to."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from spectral_core.volume.documents.transfer_document import TransferDocument, stated_in_fractions
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.presets import preset
+from spectral_core.volume.transfer import Material, TransferFunction
+
+PLAIN = np.linspace(-2.0, 5.0, 9 * 8 * 7).reshape(9, 8, 7)
+
+
+def filled(*marks: float) -> ScalarVolume:
+    data = PLAIN.copy()
+    for place, mark in enumerate(marks):
+        data[place] = mark
+    return ScalarVolume("filled", data)
+
+
+@pytest.mark.parametrize("marks", [(1e20,), (-9999.0,), (-9999.0, 1e20), (-32768.0,), (-1e9,)])
+def test_fractions_refer_to_the_other_values(marks):
+    volume = filled(*marks)
+    low, high = PLAIN[len(marks) :].min(), PLAIN.max()
+    assert volume.range_without_fill_values == (low, high)
+    stated = TransferDocument(
+        TransferFunction((Material("m", [0.0, 0.25, 1.0], [0, 1, 0], [1, 1, 1]),)), "fraction", "voxel"
+    )
+    knots = stated.for_volume(volume).materials[0].values
+    assert knots.tolist() == pytest.approx([low, low + 0.25 * (high - low), high])
+    fractions = stated_in_fractions(preset("narrow", volume), volume).transfer.materials[0].values
+    assert 0.1 < fractions.min() < fractions.max() < 0.5
+    assert len(np.unique(np.float32(fractions))) == 3
+
+
+@pytest.mark.parametrize("data", [PLAIN, np.arange(60).reshape(3, 4, 5), np.full((2, 2, 2), 7.0), np.eye(3)[None]])
+def test_data_without_fill_values_have_their_whole_range(data):
+    volume = ScalarVolume("plain", data)
+    assert volume.range_without_fill_values == (data.min(), data.max())
+
+
+def test_values_between_those_looked_at_count():
+    """Of a large field only some voxels are sorted; the least value may be any other."""
+    data = np.linspace(0.0, 1.0, 210**3, dtype=np.float32).reshape(210, 210, 210)
+    data[1, 1, 1], data[3, 1, 1], data[5, 1, 1] = -0.5, 1.5, 1e20
+    low, high = ScalarVolume("large", data).range_without_fill_values
+    assert low == -0.5
+    assert 0.99 < high <= 1.5
