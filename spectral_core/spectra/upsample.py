@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.observer import linear_rgb_from_product, normalized
+from spectral_core.spectra.observer import STANDARD, linear_rgb_from_product, normalized, observer
 from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Reflectance, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
@@ -28,6 +28,8 @@ _HEADER_BYTES = 8
 OUTSIDE = 1e-3
 """Negative channel, relative to the largest one, from which on a color is outside of sRGB and not rounded there."""
 _SOLVE_GRID = SpectralGrid(WAVELENGTHS_NM[::5])
+_NEARNESS = 0.1
+"""Weight of the difference from the factor of a color of sRGB, relative to that of its second difference."""
 
 
 def upsampled(linear_rgb: ArrayLike, wavelengths_nm: ArrayLike) -> Array:
@@ -82,8 +84,8 @@ def light_tint(linear_rgb: ArrayLike, white: Spectrum, wavelengths_nm: ArrayLike
     """Give the factor (n,) at n wavelengths (nm) by which ``white`` becomes a light of a color, linear sRGB (3,).
 
     That of a reflectance for a color of sRGB. A light of a color outside of it has a narrower spectrum than any
-    surface shows: the smoothest factor, of at least 0, that gives the same XYZ as the difference of two colors of sRGB.
-    Of a color that no light has, the nearest is given.
+    surface shows: the factor of at least 0 that gives the XYZ of the color, and that differs least, and most smoothly,
+    from the factor of the color without negative channels. Of a color that no light has, the nearest is given.
     """
     rgb = np.asarray(linear_rgb, dtype=np.float64)
     nm = np.asarray(wavelengths_nm, dtype=np.float64)
@@ -109,10 +111,23 @@ def _narrow_tint(share: tuple[float, float, float], white: Spectrum) -> Array:
         for part in (np.array(share), -np.array(share))
     )
     wanted = matrix @ (bright - dark) * amount
-    bends = np.diff(np.eye(_SOLVE_GRID.size), n=2, axis=0)
+    near = upsampled(np.maximum(share, 0.0), _SOLVE_GRID.wavelengths_nm)
+    # without a share of the difference itself, most of a red light would be at the invisible end, near 830 nm
+    sizes = np.diag(_NEARNESS / np.sqrt(_seen_share()))
+    changes = np.concatenate([np.diff(np.eye(_SOLVE_GRID.size), n=2, axis=0), sizes])
     stiff = 1e4 / np.abs(matrix).sum(axis=1).max()
-    system = np.concatenate([stiff * matrix, bends])
-    return nnls(system, np.concatenate([stiff * wanted, np.zeros(len(bends))]), maxiter=3000)[0]
+    system = np.concatenate([stiff * matrix, changes])
+    found: Array = nnls(system, np.concatenate([stiff * wanted, changes @ near]), maxiter=3000)[0]
+    found.setflags(write=False)
+    return found
+
+
+@cache
+def _seen_share() -> Array:
+    """Response of the eye at each wavelength of the solve, relative to its largest, (n,)."""
+    viewer = observer(STANDARD)
+    seen = np.interp(_SOLVE_GRID.wavelengths_nm, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0))
+    return np.asarray(seen / seen.max())
 
 
 @cache

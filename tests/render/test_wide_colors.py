@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
-from spectral_core.scene import Color, Diffuse, Emission, Glossy, ImageTexture, SunLight, World, gray
+from spectral_core.scene import Color, Diffuse, Emission, Film, Glossy, ImageTexture, SunLight, World, gray
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.observer import normalized
 from spectral_core.spectra.upsample import light_tint
@@ -57,6 +57,38 @@ def test_their_spectra_are_those_of_lights(color):
     reference = space.matrix_XYZ_to_RGB @ (daylight.at(nm) @ observer)
     found = space.matrix_XYZ_to_RGB @ (spectrum @ observer) / reference
     np.testing.assert_allclose(found, color, atol=0.04 * max(color))
+
+
+@pytest.mark.parametrize("color", WIDE)
+def test_rgb_transport_keeps_negative_channels_of_lights(color):
+    """As Cycles, in which a gray surface multiplies each channel of the working space."""
+    color = np.array(color)
+    sun = SunLight(name="sun", world_from_light=matrix((0, 0, 3)), irradiance=np.pi, color=Color(color))
+    white = SunLight(name="white", world_from_light=matrix((1, 0, 3)), irradiance=np.pi)
+    for lamps, wanted in (((sun,), color / 2), ((sun, white), (color + 1) / 2)):
+        result = render_scene(lit_plane(*lamps, transport="rgb", film=Film(8, 8, samples=256)))
+        np.testing.assert_allclose(result.pixels[..., :3].mean((0, 1)), wanted, atol=0.01)
+        assert not result.notes
+    for paint in ({"surface": Emission(Color(color))}, {"surface": Diffuse(gray(1.0)), "world": World(Color(color))}):
+        result = render_scene(lit_plane(transport="rgb", **paint))
+        np.testing.assert_allclose(result.pixels[..., :3].mean((0, 1)), color, atol=0.01)
+
+
+@pytest.mark.parametrize("color", [REC2020_RED, (1.2249, -0.0421, -0.0196), (0.9, -0.1, 1.0), (1.0, -0.002, 0.0)])
+def test_their_power_is_not_at_the_invisible_ends(color):
+    """The smoothest spectrum of a red alone would have most of it near 830 nm, and excite dyes at 360 nm."""
+    nm = np.arange(360.0, 831.0)
+    tint = light_tint(color, normalized(catalogue.illuminant("D65")), nm)
+    assert tint[(nm < 400) | (nm > 700)].max() < 1.25 * max(color)
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_spectra_change_continuously_across_the_border_of_srgb(place):
+    """A lamp that is dragged across the border does not jump, on surfaces of any color."""
+    nm = np.arange(360.0, 831.0)
+    white = normalized(catalogue.illuminant("D65"))
+    inside, outside = (np.insert([1.0, 0.3], place, amount) for amount in (0.0, -0.0011))
+    np.testing.assert_allclose(light_tint(outside, white, nm), light_tint(inside, white, nm), atol=0.03)
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
