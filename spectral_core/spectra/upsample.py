@@ -112,9 +112,7 @@ def _narrow_tint(share: tuple[float, float, float], white: Spectrum) -> Array:
     )
     wanted = matrix @ (bright - dark) * amount
     near = upsampled(np.maximum(share, 0.0), _SOLVE_GRID.wavelengths_nm)
-    # without a share of the difference itself, most of a red light would be at the invisible end, near 830 nm
-    sizes = np.diag(_NEARNESS / np.sqrt(_seen_share()))
-    changes = np.concatenate([np.diff(np.eye(_SOLVE_GRID.size), n=2, axis=0), sizes])
+    changes = _change_of_factor()
     stiff = 1e4 / np.abs(matrix).sum(axis=1).max()
     system = np.concatenate([stiff * matrix, changes])
     found: Array = nnls(system, np.concatenate([stiff * wanted, changes @ near]), maxiter=3000)[0]
@@ -123,11 +121,16 @@ def _narrow_tint(share: tuple[float, float, float], white: Spectrum) -> Array:
 
 
 @cache
-def _seen_share() -> Array:
-    """Response of the eye at each wavelength of the solve, relative to its largest, (n,)."""
+def _change_of_factor() -> Array:
+    """Matrix (n, n) whose product with the difference of two factors is as long as the second difference of that and,
+    with less weight, the difference itself, most where the eye sees little.
+    """
     viewer = observer(STANDARD)
     seen = np.interp(_SOLVE_GRID.wavelengths_nm, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0))
-    return np.asarray(seen / seen.max())
+    # without the difference itself, most of a red light would be at the invisible end, near 830 nm
+    sizes = np.diag(_NEARNESS / np.sqrt(seen / seen.max()))
+    changes = np.concatenate([np.diff(np.eye(_SOLVE_GRID.size), n=2, axis=0), sizes])
+    return np.asarray(np.linalg.qr(changes, mode="r"))
 
 
 @cache
