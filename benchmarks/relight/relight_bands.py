@@ -20,7 +20,8 @@ from benchmarks.relight.relight_speed import filled
 from spectral_core.render import render_scene
 from spectral_core.render.relight.band_storage import BAND_COUNTS, BAND_ERRORS, BandStorage
 from spectral_core.render.relight.mix import LiveMix, relight
-from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport
+from spectral_core.render.relight.sampling import SAMPLING_LIGHTS
+from spectral_core.render.relight.transport import record_transport
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import STANDARD, normalized, observer

@@ -13,8 +13,9 @@ from benchmarks.relight.cases.scenes import scenes, under_lights
 from spectral_core.render import render_scene
 from spectral_core.render.relight.exact_storage import ExactStorage
 from spectral_core.render.relight.mix import relight
+from spectral_core.render.relight.sampling import SAMPLING_LIGHTS
 from spectral_core.render.relight.storage import MixtureStorage
-from spectral_core.render.relight.transport import SAMPLING_LIGHTS, record_transport
+from spectral_core.render.relight.transport import record_transport
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.spectrum import SpectralGrid
 

@@ -185,10 +185,10 @@ def _transfer(given: str, frames: Sequence[_Frame]) -> Callable[[ScalarVolume], 
     """The transfer function of each volume: one for all frames, or their pictures would not be comparable."""
     from spectral_core.volume.documents.transfer_document import stated_in_fractions
     from spectral_core.volume.documents.transfer_file import read_transfer
-    from spectral_core.volume.presets import preset
+    from spectral_core.volume.presets import PRESETS, preset
 
     named = given.removeprefix("preset:")  # as the integrator's files spell it
-    is_file = Path(given).suffix.lower() in (".toml", ".json") or Path(given).is_file()
+    is_file = Path(given).suffix.lower() in (".toml", ".json") or (named not in PRESETS and Path(given).is_file())
     if len(frames) == 1:
         return lambda volume: read_transfer(given).for_volume(volume) if is_file else preset(named, volume)
     stated = read_transfer(given) if is_file else None

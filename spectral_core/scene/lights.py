@@ -50,8 +50,8 @@ EVEN = Falloff()
 class Photometry:
     """Strength by direction, the data of measured luminaires (an IES file).
 
-    ``vertical_rad``: (v,) angles from the light's -Z, increasing. ``horizontal_rad``: (h,) angles about it, increasing.
-    ``strength``: (h, v) factors, interpolated between the angles; 0 outside the vertical ones.
+    ``vertical_rad``: (v,) angles from the light's -Z, increasing. ``horizontal_rad``: (h,) angles about it, increasing;
+    a single one counts all around. ``strength``: (h, v) factors, interpolated between the angles; 0 outside of them.
     """
 
     vertical_rad: NDArray[np.float64]

@@ -20,6 +20,7 @@ from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, Reflectan
 
 ALIASES = {"sodium": "HP1", "high-pressure sodium": "HP1", "daylight": "D65", "tungsten": "A", "equal energy": "E"}
 """Common names of lamps, each with the measured lamp that it means."""
+_BLACK_BODY = "blackbody "
 
 
 @cache
@@ -54,6 +55,18 @@ def illuminant_names() -> list[str]:
     return _table("illuminants.csv")[0][1:]
 
 
+def is_illuminant(name: str) -> bool:
+    """True for a name of an illuminant, and for a black body of any number, which ``illuminant`` may refuse."""
+    known = ALIASES.get(name.lower(), name)
+    if not known.lower().startswith(_BLACK_BODY):
+        return known in illuminant_names()
+    try:
+        _kelvin(name, known[len(_BLACK_BODY) :])
+    except UnknownNameError:  # a file such as "blackbody lamp.csv"
+        return False
+    return True
+
+
 @cache
 def illuminant(name: str) -> Illuminant:
     """A measured light by name (``"D65"``, ``"HP1"``, ``"FL11"``, …) on its own grid, in relative power per nm.
@@ -63,8 +76,8 @@ def illuminant(name: str) -> Illuminant:
     """
     require_text("name of an illuminant", name)
     known = ALIASES.get(name.lower(), name)
-    if known.lower().startswith("blackbody "):
-        return blackbody(_kelvin(name, known[len("blackbody ") :]))
+    if known.lower().startswith(_BLACK_BODY):
+        return blackbody(_kelvin(name, known[len(_BLACK_BODY) :]))
     if known not in illuminant_names():
         raise UnknownNameError.among("illuminant", name, [*illuminant_names(), *ALIASES, "blackbody 3200"])
     wavelengths, values = _column("illuminants.csv", known)

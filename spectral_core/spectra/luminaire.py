@@ -77,12 +77,17 @@ def _count(what: str, number: float) -> int:
 
 
 def _type_c(down: Array, around: Array, strength: Array) -> tuple[Array, Array, Array]:
-    """The usual type: angles from straight down, and about the vertical axis."""
-    return down, around - around[0] if _close(around[0], 90.0) else around, strength
+    """The usual type: angles from straight down, and about the vertical axis, of which a half or a quarter is mirrored
+    all around.
+    """
+    around = around - around[0] if _close(around[0], 90.0) else around
+    return down, *(_all_around(around, strength) if len(around) > 1 else (around, strength))
 
 
 def _type_b(down: Array, around: Array, strength: Array) -> tuple[Array, Array, Array]:
-    """The polar axis is horizontal: as in Cycles, the two angles change places, and each becomes 0 to 180 degrees."""
+    """The polar axis is horizontal: as in Cycles, the two angles change places, and each becomes 0 to 180 degrees. The
+    other half of the sphere is dark.
+    """
     down, around, strength = around, down, strength.T
     around, strength = _shifted(around, strength)
     down, turned = _shifted(down, strength.T)
@@ -113,14 +118,12 @@ def _close(first: float, second: float) -> bool:
 
 
 def every_degree(vertical_rad: Array, horizontal_rad: Array, strength: Array) -> Array:
-    """The table at every degree, (1 or 361, 181), interpolated as in Cycles: by cubic pieces through the angles, of
-    which a half or a quarter is mirrored all around; 0 beyond them.
-    """
+    """The table at every degree, (1 or 361, 181): cubic pieces through the angles, as in Cycles; 0 beyond them."""
     vertical = np.degrees(vertical_rad)
     rows = np.stack([_cubic(vertical, row, np.arange(181.0), *_open_ends(vertical)) for row in strength])
     if len(rows) == 1:
         return np.maximum(rows, 0.0)
-    around, rows = _all_around(np.degrees(horizontal_rad), rows)
+    around = np.degrees(horizontal_rad)
     turned = np.stack([_cubic(around, column, np.arange(361.0), "flat", "mirror") for column in rows.T], axis=1)
     return np.maximum(turned, 0.0)
 

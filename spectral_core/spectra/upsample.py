@@ -9,7 +9,7 @@ coefficients are solved for each color, which differs from the table by the tabl
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 from importlib.machinery import PathFinder
 from pathlib import Path
 
@@ -19,13 +19,17 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.observer import linear_rgb_from_product, normalized
-from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Reflectance, SpectralGrid
+from spectral_core.spectra.observer import STANDARD, linear_rgb_from_product, normalized, observer
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Reflectance, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 
 _HEADER_BYTES = 8
+OUTSIDE = 1e-3
+"""Negative channel, relative to the largest one, from which on a color is outside of sRGB and not rounded there."""
 _SOLVE_GRID = SpectralGrid(WAVELENGTHS_NM[::5])
+_NEARNESS = 0.1
+"""Weight of the difference from the factor of a color of sRGB, relative to that of its second difference."""
 
 
 def upsampled(linear_rgb: ArrayLike, wavelengths_nm: ArrayLike) -> Array:
@@ -68,6 +72,65 @@ def coefficients_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
         constant = (level - 0.5) / np.sqrt(level * (1 - level))
     found[gray] = np.stack([np.zeros_like(level), np.zeros_like(level), constant], axis=1)
     return found.reshape(rgb.shape)
+
+
+def is_outside(linear_rgb: ArrayLike) -> bool:
+    """True if a color of linear sRGB (..., 3) is outside of sRGB: it has a negative channel beyond rounding."""
+    rgb = np.asarray(linear_rgb, dtype=np.float64)
+    return bool(np.min(rgb, initial=0.0) < -OUTSIDE * max(float(np.max(rgb, initial=0.0)), OUTSIDE))
+
+
+def light_tint(linear_rgb: ArrayLike, white: Spectrum, wavelengths_nm: ArrayLike) -> Array:
+    """Give the factor (n,) at n wavelengths (nm) by which ``white`` becomes a light of a color, linear sRGB (3,).
+
+    That of a reflectance for a color of sRGB. A light of a color outside of it has a narrower spectrum than any
+    surface shows: the factor of at least 0 that gives the XYZ of the color, and that differs least, and most smoothly,
+    from the factor of the color without negative channels. Of a color that no light has, the nearest is given.
+    """
+    rgb = np.asarray(linear_rgb, dtype=np.float64)
+    nm = np.asarray(wavelengths_nm, dtype=np.float64)
+    size = float(np.max(rgb, initial=0.0))
+    if size == 0:
+        return np.zeros(nm.shape)
+    share = rgb / size
+    if not is_outside(rgb):
+        share = np.maximum(share, 0.0)
+        is_gray = np.ptp(share) == 0  # white does not tint
+        return size * (np.ones(nm.shape) if is_gray else upsampled(share, nm))
+    return size * np.interp(nm, _SOLVE_GRID.wavelengths_nm, _narrow_tint(tuple(share), white))
+
+
+@lru_cache(maxsize=256)
+def _narrow_tint(share: tuple[float, float, float], white: Spectrum) -> Array:
+    from scipy.optimize import nnls
+
+    matrix = linear_rgb_from_product(white, _SOLVE_GRID)
+    amount = max(1.0, -min(share))
+    bright, dark = (
+        upsampled(np.maximum(part, 0.0) / amount, _SOLVE_GRID.wavelengths_nm)
+        for part in (np.array(share), -np.array(share))
+    )
+    wanted = matrix @ (bright - dark) * amount
+    near = upsampled(np.maximum(share, 0.0), _SOLVE_GRID.wavelengths_nm)
+    changes = _change_of_factor()
+    stiff = 1e4 / np.abs(matrix).sum(axis=1).max()
+    system = np.concatenate([stiff * matrix, changes])
+    found: Array = nnls(system, np.concatenate([stiff * wanted, changes @ near]), maxiter=3000)[0]
+    found.setflags(write=False)
+    return found
+
+
+@cache
+def _change_of_factor() -> Array:
+    """Matrix (n, n) whose product with the difference of two factors is as long as the second difference of that and,
+    with less weight, the difference itself, most where the eye sees little.
+    """
+    viewer = observer(STANDARD)
+    seen = np.interp(_SOLVE_GRID.wavelengths_nm, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0))
+    # without the difference itself, most of a red light would be at the invisible end, near 830 nm
+    sizes = np.diag(_NEARNESS / np.sqrt(seen / seen.max()))
+    changes = np.concatenate([np.diff(np.eye(_SOLVE_GRID.size), n=2, axis=0), sizes])
+    return np.asarray(np.linalg.qr(changes, mode="r"))
 
 
 @cache

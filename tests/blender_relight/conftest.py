@@ -108,7 +108,7 @@ def same_paths():
     def render():
         from blender_addon.translate.scene import translate_scene
         from spectral_core.render import render_scene
-        from spectral_core.render.relight.transport import SAMPLING_LIGHTS
+        from spectral_core.render.relight.sampling import SAMPLING_LIGHTS
 
         scene = translate_scene(bpy.context.evaluated_depsgraph_get())
         return render_scene(scene, sampling_lights=SAMPLING_LIGHTS).pixels

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from spectral_core.cli import main
+from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
 from spectral_core.files.names import file_words
 from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.transport import Transport
@@ -29,6 +30,27 @@ def tables(folder: Path) -> list[str]:
         path.write_text("nm,x\n" + "".join(f"{nm},{v}\n" for nm, v in zip((400, 550, 700), values, strict=True)))
         words.append(str(path))
     return words
+
+
+@pytest.mark.parametrize("name", ["D65", "sodium", "blackbody 3200"])
+def test_catalogue_names_mean_the_catalogue_beside_a_file_of_that_name(name: str, tmp_path: Path, monkeypatch) -> None:
+    """The file's spectrum was used without a word."""
+    monkeypatch.chdir(tmp_path)
+    for file in (name, "red"):
+        Path(file).write_text("nm,x\n400,1\n700,1\n")
+    assert np.array_equal(illuminant_named(name).values, illuminant(name).values)
+    assert np.array_equal(reflectance_named("red").values, reflectance("red").values)
+    for word in (f"./{name}", str(tmp_path / name), f"{name}@x"):
+        assert illuminant_named(word).values.tolist() == [1.0, 1.0]
+    assert reflectance_named("./red").values.tolist() == [1.0, 1.0]
+
+
+def test_preset_names_mean_the_preset_beside_a_file_of_that_name(tmp_path: Path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("xray").write_text("not a transfer function")
+    words = ["volume", "sample:shells", "--size", "16", "16", "--quality", "draft", "--out", "a.png"]
+    assert main([*words, "--transfer", "xray"]) == 0, capsys.readouterr().err
+    assert main([*words, "--transfer", "./xray"]) != 0
 
 
 def test_lights_and_surfaces_of_one_name_are_all_written(tmp_path: Path, capsys) -> None:

@@ -15,11 +15,9 @@ from spectral_core.render import render_scene
 from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.exact_storage import ExactStorage
 from spectral_core.render.relight.mix import LiveMix, relight
+from spectral_core.render.relight.sampling import SAMPLING_LIGHTS
 from spectral_core.render.relight.storage import MixtureStorage
-from spectral_core.render.relight.transport import (
-    SAMPLING_LIGHTS,
-    record_transport,
-)
+from spectral_core.render.relight.transport import record_transport
 from spectral_core.render.relight.transport_file import is_transport, read_transport, write_transport
 from spectral_core.scene import (
     Film,

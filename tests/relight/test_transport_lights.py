@@ -15,12 +15,10 @@ from spectral_core.render.relight.dial import MOST_BULBS
 from spectral_core.render.relight.exact_storage import ExactStorage
 from spectral_core.render.relight.groups import changed_groups, fingerprint, light_groups, one_group_per_light
 from spectral_core.render.relight.mix import relight
+from spectral_core.render.relight.sampling import SAMPLING_LIGHTS
 from spectral_core.render.relight.storage import MixtureStorage, Storage
 from spectral_core.render.relight.storages import STORAGES, storage_named, storage_of_document
-from spectral_core.render.relight.transport import (
-    SAMPLING_LIGHTS,
-    record_transport,
-)
+from spectral_core.render.relight.transport import record_transport
 from spectral_core.scene import (
     Color,
     Diffuse,

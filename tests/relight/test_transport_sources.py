@@ -15,8 +15,9 @@ from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.exact_storage import ExactStorage
 from spectral_core.render.relight.groups import changed_groups, fingerprint
 from spectral_core.render.relight.mix import relight
+from spectral_core.render.relight.sampling import SAMPLING_LIGHTS
 from spectral_core.render.relight.storage import MixtureStorage, Storage
-from spectral_core.render.relight.transport import SAMPLING_LIGHTS, Transport, record_transport
+from spectral_core.render.relight.transport import Transport, record_transport
 from spectral_core.scene import (
     AddSurface,
     Color,

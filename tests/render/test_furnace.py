@@ -12,6 +12,7 @@ from spectral_core.render import render_scene
 from spectral_core.scene import (
     AddSurface,
     Camera,
+    Computed,
     Diffuse,
     Emission,
     Film,
@@ -27,10 +28,21 @@ from spectral_core.scene import (
     World,
     gray,
 )
+from spectral_core.scene.shading import Builder
 from tests.render.scenes import lit_plane, matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")
 WHITE = gray(1.0)
+
+
+def _varying(number):
+    """A number that a program computes at each hit: a component of the ray's direction times 0, plus the number."""
+    builder = Builder()
+    part = builder.add("component", (builder.add("vector_input", (), "incoming", 0),), 0)
+    zero = builder.add("math", (part, builder.number(0.0), builder.number(0.0)), "MULTIPLY")
+    return Computed(builder.program(builder.add("math", (zero, builder.number(number), builder.number(0.0)), "ADD")))
+
+
 SURFACES = {
     "diffuse": Diffuse(WHITE),
     "rough diffuse": Diffuse(WHITE, 1.0),
@@ -40,6 +52,10 @@ SURFACES = {
     "glass": Glass(WHITE, 0.0),
     "rough glass": Glass(WHITE, 0.5),
     "dense glass": Glass(WHITE, 0.3, 2.4),
+    "rough glass like air": Glass(WHITE, 0.5, 1.0),
+    "rough refraction like air": Glass(WHITE, 1.0, 1.0, reflects=False),
+    "rough film in air": Glass(WHITE, 0.3, 1.0, thin_film_thickness=650.0),
+    "rough glass that varies": Glass(WHITE, 0.5, _varying(1.0)),
     "transparent": Transparent(WHITE),
     "mixed": MixSurface(0.3, MixSurface(0.5, Diffuse(WHITE), Transparent(WHITE)), Glossy(WHITE, 0.0)),
     "added": AddSurface(Diffuse(gray(0.25)), AddSurface(Emission(gray(0.5)), Glossy(gray(0.25), 0.3))),

@@ -80,6 +80,19 @@ def test_type_b_exchanges_the_angles():
     assert half[135, 90] == pytest.approx(half[45, 90]) == pytest.approx(5.0)
 
 
+@pytest.mark.parametrize("vertical", [[-90, -30, 0, 20, 90], [0, 20, 90]])
+@pytest.mark.parametrize("horizontal", [[-90, -20, 0, 50, 90], [0, 30, 90]])
+def test_type_b_lights_one_half_of_the_sphere(vertical, horizontal):
+    """As a floodlight does, and as Cycles 5.0.1 renders; the other half was as bright, so that the flux was doubled."""
+    even = np.full((len(horizontal), len(vertical)), 3.0)
+    table = degrees(2, vertical, horizontal, even)
+    np.testing.assert_allclose(table[:181], 3.0)
+    assert not table[181:].any()
+    # the flux by the standard's own angles: a hemisphere of 3 cd
+    sines = np.sin(np.radians(np.arange(181.0)))
+    assert np.radians(1) ** 2 * (table[:360] * sines).sum() == pytest.approx(3 * 2 * np.pi, rel=0.01)
+
+
 def test_dark_dips_do_not_become_negative():
     table = degrees(1, [0, 30, 60, 90], [0], [[100, 0, 0, 100]])
     assert table.min() == 0.0

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spectra named on a command line: from the catalogue, or from a file."""
+"""Spectra named on a command line: from the catalogue, or from a file.
+
+A name of the catalogue means the catalogue, whatever files the folder has: ``./D65`` is the file.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ def reflectance_named(word: str) -> Reflectance:
     from spectral_core.spectra import catalogue
     from spectral_core.spectra.spectrum import Reflectance
 
-    found = _from_file(word, "reflectance")
+    found = None if word in catalogue.reflectance_names() else _from_file(word, "reflectance")
     return catalogue.reflectance(word) if found is None else Reflectance(found.name, found.grid, found.values)
 
 
@@ -28,7 +31,7 @@ def illuminant_named(word: str) -> Illuminant:
     from spectral_core.spectra import catalogue
     from spectral_core.spectra.spectrum import Illuminant
 
-    found = _from_file(word, "illuminant")
+    found = None if catalogue.is_illuminant(word) else _from_file(word, "illuminant")
     return catalogue.illuminant(word) if found is None else Illuminant(found.name, found.grid, found.values)
 
 

@@ -4,23 +4,31 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.scene import Color
 from spectral_core.spectra.spectrum import Reflectance, Spectrum
+from spectral_core.spectra.upsample import is_outside
 
 Array = NDArray[np.float64]
 
 
-def held(context: Context, paint: Color, subject: str) -> Array:
-    """Linear sRGB of a reflectance; values outside 0 to 1 are clipped, with a note under ``subject``."""
-    rgb = np.asarray(paint.linear_rgb)
+def held(context: Context, rgb: Array, subject: str) -> Array:
+    """Linear sRGB (3,) of a reflectance; values outside 0 to 1 are clipped, with a note under ``subject``."""
     if rgb.min() < 0 or rgb.max() > 1:
         context.note(subject, "has a color outside 0 to 1, which no surface reflects; it is rendered at the limit")
     return np.clip(rgb, 0.0, 1.0)
+
+
+def without_negative(context: Context, rgb: Any, subject: str, what: str = "has a color") -> Any:
+    """Linear sRGB (..., 3) without the negative channels of a color outside of sRGB, with a note under ``subject``."""
+    if is_outside(rgb):
+        text = "outside of sRGB; negative channels are rendered as 0, which lowers the saturation"
+        context.note(subject, f"{what} {text}")
+    return np.maximum(rgb, 0.0)
 
 
 def held_spectrum(context: Context, paint: Spectrum, subject: str, *, bright: bool = False) -> Spectrum:

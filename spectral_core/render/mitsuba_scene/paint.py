@@ -26,7 +26,7 @@ from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, linear_from_display_rgb
 from spectral_core.spectra.observer import normalized, xyz_of
 from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
-from spectral_core.spectra.upsample import upsampled
+from spectral_core.spectra.upsample import light_tint
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,8 @@ def color(context: Context, paint: Paint, subject: str, *, bright: bool = False)
     if isinstance(paint, Illuminant):  # a light's spectrum in place of a surface's, such as a Blackbody node's
         return color(context, Color(emitted_rgb(paint)), subject, bright=bright)
     if isinstance(paint, Color):
-        return Tint(np.maximum(paint.linear_rgb, 0.0) if bright else limits.held(context, paint, subject), kind)
+        hold = limits.without_negative if bright else limits.held
+        return Tint(hold(context, paint.linear_rgb, subject), kind)
     if isinstance(paint, Spectrum):
         paint = limits.held_spectrum(context, paint, subject, bright=bright)
     if isinstance(paint, Spectrum) and (not context.spectral or spectrum_rows.fits(paint)):
@@ -78,7 +79,7 @@ def daylight_rgb(reflectance: Spectrum) -> Array:
 def reflectance(context: Context, paint: Paint, subject: str) -> Any:
     """Texture of a reflectance; colors above 1 are rendered as 1, with a note under ``subject``."""
     if isinstance(paint, Color):
-        held = context.mitsuba.ScalarColor3f(limits.held(context, paint, subject))
+        held = context.mitsuba.ScalarColor3f(limits.held(context, paint.linear_rgb, subject))
         return context.load({"type": "srgb", "color": held})
     if isinstance(paint, Illuminant):  # a light's spectrum in place of a surface's, such as a Blackbody node's
         return reflectance(context, Color(emitted_rgb(paint)), subject)
@@ -132,16 +133,12 @@ def emitted_spectrum(paint: Color | Spectrum, white: Spectrum | None = None) -> 
     if isinstance(paint, Spectrum):
         return unit_luminance(paint)
     white = white or white_light()
-    rgb = np.maximum(paint.linear_rgb, 0.0)
-    size = float(rgb.max())
-    if size == 0:
+    if float(paint.linear_rgb.max()) <= 0:
         return white.scaled(0.0)
     # between the knots of the white and of 1 nm: the color varies slowly, a white such as HP1 may not; the knots are
     # the same for all colors, so that another color needs no new kernel
     grid = SpectralGrid(np.union1d(WAVELENGTHS_NM, white.grid.wavelengths_nm))
-    is_gray = np.ptp(rgb) == 0  # white does not tint
-    tint = 1.0 if is_gray else upsampled(rgb / size, grid.wavelengths_nm)
-    tinted = white.at(grid.wavelengths_nm) * tint * size
+    tinted = white.at(grid.wavelengths_nm) * light_tint(paint.linear_rgb, white, grid.wavelengths_nm)
     return Spectrum("emitted color", grid, tinted)
 
 
@@ -241,7 +238,8 @@ def in_daylight(paint: SpectralImage) -> ImageTexture:
 
 
 def _emitting_image(context: Context, texture: ImageTexture, strength: float, subject: str) -> Any:
-    pixels = np.maximum(color_pixels(texture), 0.0)
+    name = f"emits image {texture.name!r} with colors"
+    pixels = limits.without_negative(context, color_pixels(texture), subject, name)
     largest = float(pixels.max())
     if largest == 0:
         return context.load({"type": "uniform", "value": 0.0})

@@ -13,7 +13,7 @@ from spectral_core.scene import Color, Material, MixedPaint, Scene, World, emiss
 from spectral_core.scene.leaves import simple_values_of
 from spectral_core.scene.paint import SpectralImage
 from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
-from spectral_core.spectra.upsample import reflectance_from_rgb
+from spectral_core.spectra.upsample import is_outside, reflectance_from_rgb
 
 _MOST = 64
 """Most reflectances that are used. The mean of more is as flat as the observer's share."""
@@ -28,7 +28,7 @@ def light_spectra(scene: Scene, *, since: Scene | None = None) -> list[Spectrum]
     """Spectra of all emission that determine the wavelengths to trace.
 
     One for each lamp and for the world; surfaces, media and the world's view from the camera add each different
-    spectrum once, and all their colors together one white, so that many screens do not take the samples of a lamp.
+    spectrum once, and all their colors of sRGB one white, so that many screens do not take the samples of a lamp.
     ``since``: an earlier version of the scene, with the same items; only what differs from it is counted.
     """
     lamps, worlds, materials = list(scene.lights), [scene.world], list(scene.materials)
@@ -42,9 +42,15 @@ def light_spectra(scene: Scene, *, since: Scene | None = None) -> list[Spectrum]
     found = [emitted_spectrum(paint, white) for paint in plain]
     used = {name for item in scene.instances for name in item.materials}
     others = _emitted([material for material in materials if material.name in used], worlds)
-    if any(not isinstance(paint, Spectrum) for paint in others):
+    own = [emitted_spectrum(paint, white) for paint in others if _has_own_spectrum(paint)]
+    if any(not _has_own_spectrum(paint) for paint in others):
         found.append(emitted_spectrum(Color(np.ones(3)), white))
-    return found + _distinct([emitted_spectrum(paint) for paint in others if isinstance(paint, Spectrum)])
+    return found + _distinct(own)
+
+
+def _has_own_spectrum(emitted: Any) -> bool:
+    """True if what is emitted needs other wavelengths than white: a spectrum, or a color outside of sRGB."""
+    return isinstance(emitted, Spectrum) or (isinstance(emitted, Color) and is_outside(emitted.linear_rgb))
 
 
 def _emitted(materials: list[Material], worlds: list[World]) -> list[Any]:

@@ -15,6 +15,7 @@ from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownName
 from spectral_core.render.light_groups import emits, has_several_colors, is_black, light_groups, shines
 from spectral_core.render.relight.groups import group_light, one_group_per_light
 from spectral_core.render.relight.memory import require_memory
+from spectral_core.render.relight.sampling import sampling_lights
 from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.relight.view_transform import ViewTransform
 from spectral_core.render.still import RenderResult, render_scene
@@ -93,12 +94,6 @@ class Transport:
         return self.groups.index(group)
 
 
-SAMPLING_LIGHTS: tuple[Spectrum, ...] = (flat_light(),)
-"""Wavelengths of a transport render are drawn for any later light. A render with these ``sampling_lights`` and the same
-seed traces the same paths, so that a relit picture equals it up to float rounding.
-"""
-
-
 CLAMPED = (
     "samples are clamped as under the recorded light, so that a render of another mixture may be darker or brighter; "
     "set Clamping (Direct and Indirect Light) to 0 and record again"
@@ -159,7 +154,8 @@ def record_transport(
     for name in names:
         require_text("the name of a light group", name)
     if storage.keeps_spectra:
-        options.setdefault("sampling_lights", SAMPLING_LIGHTS)
+        lights = (group_light(grouped, name) for name in names)
+        options.setdefault("sampling_lights", sampling_lights(lights, storage))
     require_memory(storage, scene.film.size, len(names))
     recorded = under_flat_light(grouped) if storage.keeps_spectra else grouped
     if scene.film.exposure == 0:  # a black picture tells nothing about the light

@@ -79,13 +79,15 @@ def glass(
     specular_tint: Source | None = None,
 ) -> Lobe:
     """``colors``: of the reflection, and of the transmission. ``specular_tint``: at normal incidence."""
-    smooth = is_smooth(closure.roughness)
+    # with the same index on both sides facets bend no light, as in Cycles
+    is_straight = isinstance(ior, (int, float)) and ior == 1.0 and closure.thin_film_thickness == 0
+    smooth = is_straight or is_smooth(closure.roughness)
     given = (context, colors, closure, ior, subject)
     keeps = closure.multiple_scattering
     if isinstance(closure, Glass):  # the tables are those of GGX that reflects and refracts
         keeps = keeps and closure.reflects and closure.distribution == "ggx"
     made = _glass(given, smooth=smooth, keeps_energy=keeps, halves=halves, tint=specular_tint)
-    if not (smooth and context.filter_glossy):
+    if is_straight or not (smooth and context.filter_glossy):
         return made
     rough = _glass(given, smooth=False, keeps_energy=False, halves=halves, tint=specular_tint)
     return Lobe("filtered", {"sharp": made, "rough": rough})

@@ -12,6 +12,9 @@ from spectral_core.render.plugins.closures.facets.upright import is_sampled, kee
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 from spectral_core.render.plugins.numbers import channel_mean
 
+LEAST_BEND = 1e-4
+"""Least difference of a rough interface's index of refraction from 1."""
+
 
 def register(mi: Any, dr: Any) -> None:
     """Define and register the closure for the active variant."""
@@ -57,6 +60,9 @@ def register(mi: Any, dr: Any) -> None:
             """Index of the far side over that of the near side."""
             value = self.ior.eval(si, active)[0] if self.disperses else self.ior.eval_1(si, active)
             value = dr.maximum(value, 1e-3)
+            if not self.smooth:
+                # facets that bend no light send it all in one direction, of which they have no density
+                value = dr.select(dr.abs(value - 1.0) < LEAST_BEND, 1.0 + dr.copysign(LEAST_BEND, value - 1.0), value)
             return dr.select(si.wi.z > 0.0, value, dr.rcp(value))
 
         def transmission_color(self, si: Any, active: Any) -> Any:
