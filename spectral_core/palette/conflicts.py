@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.blas_threads import on_one_thread
-from spectral_core.palette.assemble.requests import Requests
+from spectral_core.palette.assemble.requests import Requests, compiled_requests
 from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.explain.exact_sets import smallest_conflict
 from spectral_core.palette.explain.releases import Releases, ReleaseSearch
 from spectral_core.palette.given import cell_name
+from spectral_core.palette.inaccurate import missed_as_measured
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
-from spectral_core.palette.report import exact_error
+from spectral_core.palette.report import EXACT_LIMIT, exact_error
 from spectral_core.palette.responses import Responses
 from spectral_core.palette.solution import VISIBLE_DELTA_E, Conflict, PaletteSolution, PaletteStatus
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
@@ -42,10 +43,11 @@ def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
 
     Empty for a solved palette. The errors without a cell are predicted with the active bounds fixed.
     """
-    record = _record(solution)
-    if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or not record:
+    record, problem = _record(solution), solution.problem
+    is_read = not record and any(item.free for item in (*problem.reflectances, *problem.lights))
+    if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or is_read:
         return ()
-    requests = next(iter(record.values()))[0].view.requests
+    requests = next(iter(record.values()))[0].view.requests if record else compiled_requests(problem)
     missed = _missed(solution, requests)
     relief: dict[CellIndex, dict[CellIndex, float]] = {cell: {} for cell in missed}
     for after in _after_releases(solution, requests, record, tuple(missed)):
@@ -85,12 +87,15 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
     """A smallest set of exact cells that cannot all hold; empty if they can, or if no cell is involved."""
     if solution.status is not PaletteStatus.EXACT_CONFLICT:
         return ()
-    for assembled, answer in _record(solution).values():
-        if answer.infeasible:
-            missed = exact_error(assembled.view.requests, solution.actual_linear_rgb)[1]
-            cells = smallest_conflict(solution.problem, assembled, missed)
-            if cells:
-                return cells
+    measured = missed_as_measured(solution.problem, solution.actual_linear_rgb, EXACT_LIMIT)
+    if measured:
+        return measured[:1]
+    # A side may have an answer although cells conflict: a color that a measured cell gives can be outside of a box.
+    for assembled, _ in sorted(_record(solution).values(), key=lambda side: not side[1].infeasible):
+        missed = exact_error(assembled.view.requests, solution.actual_linear_rgb)[1]
+        cells = smallest_conflict(solution.problem, assembled, missed)
+        if cells:
+            return cells
     return ()
 
 
