@@ -44,8 +44,8 @@ def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
     Empty for a solved palette. The errors without a cell are predicted with the active bounds fixed.
     """
     record, problem = _record(solution), solution.problem
-    is_read = not record and any(item.free for item in (*problem.reflectances, *problem.lights))
-    if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or is_read:
+    is_designed = any(each.free for each in problem.reflectances) or any(each.free for each in problem.lights)
+    if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or (is_designed and not record):
         return ()
     requests = next(iter(record.values()))[0].view.requests if record else compiled_requests(problem)
     missed = _missed(solution, requests)
