@@ -50,9 +50,9 @@ UNBOUNDED = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearestColor:
-    """The reachable color (3,) nearest to a wanted one. ``reachable``: True if it equals the wanted one.
+    """The reachable color (3,) nearest to a wanted one in CIELAB. ``reachable``: True if it equals the wanted one.
 
-    ``delta_e_2000``: the distance between them. ``reflectance``: (n,), one with this color. ``in_the_way``: for each
+    ``delta_e_2000``: the difference between them, which another reachable color may have smaller. ``reflectance``: (n,), one with this color. ``in_the_way``: for each
     exact color, then each light that follows, the rate of decrease of half the squared CIELAB distance if that color
     moves by one ΔE; the largest is the color to relax.
     """
