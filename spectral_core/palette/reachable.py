@@ -52,9 +52,10 @@ UNBOUNDED = 3
 class NearestColor:
     """The reachable color (3,) nearest to a wanted one in CIELAB. ``reachable``: True if it equals the wanted one.
 
-    ``delta_e_2000``: the difference between them, which another reachable color may have smaller. ``reflectance``: (n,),
-    one with this color. ``in_the_way``: for each exact color, then each light that follows, the rate of decrease of half
-    the squared CIELAB distance if that color moves by one ΔE; the largest is the color to relax.
+    ``delta_e_2000``: the difference between them, which another reachable color may have smaller.
+    ``reflectance``: (n,), one with this color.
+    ``in_the_way``: for each exact color, then each light that follows, the rate of decrease of half the squared CIELAB
+    distance if that color moves by one ΔE; the largest is the color to relax.
     """
 
     color: Array
