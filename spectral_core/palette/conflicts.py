@@ -68,11 +68,7 @@ def with_conflicts(solution: PaletteSolution, *, check: bool = False) -> Palette
         conflicts = _solved_again(solution, conflicts)
     together = conflicting_cells(solution)
     texts = [conflicts[0].text] if conflicts else []
-    if len(together) > 1:
-        names = [cell_name(solution.problem, cell) for cell in together]
-        texts.append(f"{_list(names)} cannot all be exact.")
-    elif together:
-        texts.append(f"{cell_name(solution.problem, together[0])} cannot be exact.")
+    texts += [_exclusion(solution.problem, together)] if together else []
     if not texts:
         return solution
     return replace(solution, conflicts=conflicts, remedy=" ".join([*texts, solution.remedy]))
@@ -263,6 +259,17 @@ def _missed_by(problem: PaletteProblem, cell: CellIndex, error: float) -> str:
 
 def _blames_none(problem: PaletteProblem, cell: CellIndex, error: float) -> str:
     return f"{_missed_by(problem, cell, error)}, and no other cell is to blame: {_own_remedy(problem, cell)}"
+
+
+def _exclusion(problem: PaletteProblem, cells: Sequence[CellIndex]) -> str:
+    names = [cell_name(problem, cell) for cell in cells]
+    text = f"{_list(names)} cannot all be exact" if len(names) > 1 else f"{names[0]} cannot be exact"
+    compared = {at for cell in cells for at in (cell, *problem.cells[cell[0]][cell[1]].others)}
+    is_designed = any(problem.reflectances[i].free for i, _ in compared)
+    # One side was tested, and the other was held as it was found.
+    if is_designed and (problem.scale_lights or any(problem.lights[j].free for _, j in compared)):
+        text += " with the lights and materials that were found, but may be with others"
+    return f"{text}."
 
 
 def _list(names: Sequence[str]) -> str:

@@ -18,7 +18,15 @@ from spectral_core.palette.inaccurate import excluded_pair, extreme_number, miss
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.block import DIM
 from spectral_core.palette.qp.optimality import Check, checked
-from spectral_core.palette.solution import REMEDIES, ROUGH, UNRELIABLE, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
+from spectral_core.palette.solution import (
+    NOT_FOUND,
+    REMEDIES,
+    ROUGH,
+    UNRELIABLE,
+    VISIBLE_DELTA_E,
+    PaletteSolution,
+    PaletteStatus,
+)
 from spectral_core.spectra.color import XYZ_FROM_RGB
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
@@ -91,6 +99,8 @@ def _named_cause(
         black = only_black(problem, trace.sides.get("reflectances"), worst)
         if black:
             return status, black
+    if status is PaletteStatus.EXACT_CONFLICT and len(trace.sides) > 1:
+        return status, NOT_FOUND
     if status is PaletteStatus.IMPROVING and not _is_exact_optimum(trace):
         return status, ROUGH
     extreme = ""

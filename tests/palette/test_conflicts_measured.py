@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Exact cells of measured materials under measured lights, whose colors no design changes."""
+"""Exact cells that measured spectra exclude, and those that only the designed spectra that were found exclude."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from spectral_core.palette.conflicts import conflicting_cells
 from spectral_core.palette.presets import design_grid
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
-from spectral_core.spectra.spectrum import Reflectance
+from spectral_core.spectra.spectrum import Illuminant, Reflectance
 
 GRID = design_grid()
 GRAY = (0.5, 0.5, 0.5)
@@ -63,3 +63,17 @@ def test_the_cells_of_a_wholly_measured_palette_are_explained() -> None:
     for solution in (exact, soft):
         assert [conflict.cell for conflict in solution.conflicts] == [(0, 0)]
         assert "its material and its light are measured" in solution.remedy
+
+
+@pytest.mark.parametrize("is_designed", [False, True])
+def test_only_the_conflict_of_a_measured_light_is_said_to_be_certain(is_designed) -> None:
+    """With a designed light only this light was tested; the cells were said to be impossible all the same."""
+    red, blue = (normalized(Illuminant("band", GRID, np.abs(GRID.wavelengths_nm - at) < 15)) for at in (450, 650))
+    lamp = PaletteLight(red, free=True, primaries=(red, blue), luminance=1.0) if is_designed else PaletteLight(red)
+    green = ((Cell.fixed((0.0, 0.5, 0.0), exact=True),),)
+    solution = solve_palette(PaletteProblem(GRID, (lamp,), (PaletteReflectance("paint"),), green))
+    assert solution.status == "exact_conflict"
+    assert conflicting_cells(solution) == ((0, 0),)
+    assert ("with the lights and materials that were found" in solution.remedy) is is_designed
+    assert ("No lights and materials were found" in solution.remedy) is is_designed
+    assert ("Not all exact cells can hold" in solution.remedy) is not is_designed
