@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_whole
+from spectral_core.checks import require_kind, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.assemble.requests import compiled_requests
@@ -78,7 +78,11 @@ def alternatives(
     InvalidInputError : everything is measured or locked, or the palette has no trustworthy solution.
     """
     wanted = require_whole("count", count, 2, 12)
-    held = dict(locked or {})
+    require_kind("the palette", problem, PaletteProblem)
+    if solution is not None:
+        require_kind("the solution", solution, PaletteSolution, "from solve_palette")
+    held = _locked(problem, locked)
+    seed = require_whole("seed", seed, 0, 1 << 62)
     problem = replace(
         problem,
         reflectances=tuple(
@@ -101,6 +105,17 @@ def alternatives(
         values = {i: pusher.pushed(rng.normal(size=(len(pusher.rows), 3))) for i, pusher in pushers.items()}
         tried.append(_with_reflectances(first, builder, state.with_values("reflectances", values)))
     return _chosen(tried, wanted, sorted({column for pusher in pushers.values() for column in pusher.shown}))
+
+
+def _locked(problem: PaletteProblem, locked: Mapping[int, Reflectance] | None) -> dict[int, Reflectance]:
+    require_kind("the locked reflectances", {} if locked is None else locked, Mapping, "from numbers to reflectances")
+    held = dict(locked or {})
+    count = len(problem.reflectances)
+    for number, reflectance in held.items():
+        if not isinstance(number, int | np.integer) or not 0 <= number < count:
+            raise InvalidInputError(f"reflectance {number!r} is locked; expected numbers from 0 to {count - 1}")
+        require_kind(f"locked reflectance {number}", reflectance, Reflectance)
+    return held
 
 
 def _state_of(solution: PaletteSolution) -> PaletteState:

@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.blas_threads import on_one_thread
-from spectral_core.palette.assemble.requests import Requests
+from spectral_core.palette.assemble.requests import Requests, compiled_requests
 from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.explain.exact_sets import smallest_conflict
 from spectral_core.palette.explain.releases import Releases, ReleaseSearch
 from spectral_core.palette.given import cell_name
+from spectral_core.palette.inaccurate import missed_as_measured
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
-from spectral_core.palette.report import exact_error
+from spectral_core.palette.report import EXACT_LIMIT, exact_error
 from spectral_core.palette.responses import Responses
 from spectral_core.palette.solution import VISIBLE_DELTA_E, Conflict, PaletteSolution, PaletteStatus
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
@@ -42,10 +43,11 @@ def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
 
     Empty for a solved palette. The errors without a cell are predicted with the active bounds fixed.
     """
-    record = _record(solution)
-    if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or not record:
+    record, problem = _record(solution), solution.problem
+    is_designed = any(each.free for each in problem.reflectances) or any(each.free for each in problem.lights)
+    if solution.status in (PaletteStatus.SOLVED, PaletteStatus.INVISIBLE) or (is_designed and not record):
         return ()
-    requests = next(iter(record.values()))[0].view.requests
+    requests = next(iter(record.values()))[0].view.requests if record else compiled_requests(problem)
     missed = _missed(solution, requests)
     relief: dict[CellIndex, dict[CellIndex, float]] = {cell: {} for cell in missed}
     for after in _after_releases(solution, requests, record, tuple(missed)):
@@ -66,11 +68,7 @@ def with_conflicts(solution: PaletteSolution, *, check: bool = False) -> Palette
         conflicts = _solved_again(solution, conflicts)
     together = conflicting_cells(solution)
     texts = [conflicts[0].text] if conflicts else []
-    if len(together) > 1:
-        names = [cell_name(solution.problem, cell) for cell in together]
-        texts.append(f"{_list(names)} cannot all be exact.")
-    elif together:
-        texts.append(f"{cell_name(solution.problem, together[0])} cannot be exact.")
+    texts += [_exclusion(solution.problem, together)] if together else []
     if not texts:
         return solution
     return replace(solution, conflicts=conflicts, remedy=" ".join([*texts, solution.remedy]))
@@ -85,12 +83,15 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
     """A smallest set of exact cells that cannot all hold; empty if they can, or if no cell is involved."""
     if solution.status is not PaletteStatus.EXACT_CONFLICT:
         return ()
-    for assembled, answer in _record(solution).values():
-        if answer.infeasible:
-            missed = exact_error(assembled.view.requests, solution.actual_linear_rgb)[1]
-            cells = smallest_conflict(solution.problem, assembled, missed)
-            if cells:
-                return cells
+    measured = missed_as_measured(solution.problem, solution.actual_linear_rgb, EXACT_LIMIT)
+    if measured:
+        return measured[:1]
+    # A side may have an answer although cells conflict: a color that a measured cell gives can be outside of a box.
+    for assembled, _ in sorted(_record(solution).values(), key=lambda side: not side[1].infeasible):
+        missed = exact_error(assembled.view.requests, solution.actual_linear_rgb)[1]
+        cells = smallest_conflict(solution.problem, assembled, missed)
+        if cells:
+            return cells
     return ()
 
 
@@ -258,6 +259,17 @@ def _missed_by(problem: PaletteProblem, cell: CellIndex, error: float) -> str:
 
 def _blames_none(problem: PaletteProblem, cell: CellIndex, error: float) -> str:
     return f"{_missed_by(problem, cell, error)}, and no other cell is to blame: {_own_remedy(problem, cell)}"
+
+
+def _exclusion(problem: PaletteProblem, cells: Sequence[CellIndex]) -> str:
+    names = [cell_name(problem, cell) for cell in cells]
+    text = f"{_list(names)} cannot all be exact" if len(names) > 1 else f"{names[0]} cannot be exact"
+    compared = {at for cell in cells for at in (cell, *problem.cells[cell[0]][cell[1]].others)}
+    is_designed = any(problem.reflectances[i].free for i, _ in compared)
+    # One side was tested, and the other was held as it was found.
+    if is_designed and (problem.scale_lights or any(problem.lights[j].free for _, j in compared)):
+        text += " with the lights and materials that were found, but may be with others"
+    return f"{text}."
 
 
 def _list(names: Sequence[str]) -> str:

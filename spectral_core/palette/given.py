@@ -31,6 +31,16 @@ def sequence_of(name: str, values: object) -> tuple[Any, ...]:
     return tuple(values)
 
 
+def require_bounds(name: str, bounds: object) -> None:
+    """Raise InvalidInputError unless ``bounds`` are two numbers, the lower one first."""
+    found = sequence_of(name, bounds)
+    if len(found) != 2:
+        raise InvalidInputError(f"{name} are {found}; expected the lower and the upper one")
+    low, high = (number_of(f"a bound of {name}", bound) for bound in found)
+    if not low < high:
+        raise InvalidInputError(f"{name} are ({low}, {high}); expected the lower one first")
+
+
 def cell_index_of(other: object) -> CellIndex:
     """(reflectance, light) as two whole numbers."""
     if isinstance(other, tuple | list) and len(other) == 2 and all(isinstance(k, int | np.integer) for k in other):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from spectral_core.palette.assemble.assembled import Assembled
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.design.linear_programs import least_miss
+from spectral_core.palette.explain.exact_sets import comparisons
 from spectral_core.palette.given import cell_name, told_apart
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
@@ -32,6 +33,28 @@ MOST_UNKNOWNS, MOST_NAMES = 4000, 4
 """Largest side for which that is tested, which takes up to a second; and most cells that a message names."""
 ROUNDING = 1e-14
 """Share of a color that may be rounding of its sum."""
+
+
+def missed_as_measured(problem: PaletteProblem, shown: Array, limit: float) -> tuple[CellIndex, ...]:
+    """The exact cells that measured materials miss under measured lights, so that each of them alone cannot hold.
+
+    ``shown``: linear RGB (R, L, 3) of all cells; ``limit``: linear RGB by which an exact cell may be off.
+    """
+    found = []
+    for i, j in np.ndindex(shown.shape[:2]):
+        cell = problem.cells[i][j]
+        if problem.scale_lights or not cell.exact or any(_is_designed(problem, at) for at in ((i, j), *cell.others)):
+            continue
+        for signs, low, high in comparisons(cell, (i, j)):
+            total = np.sum([sign * shown[at] for at, sign in signs], axis=0)
+            if max(low - total) > limit or max(total - high) > limit:
+                found.append((i, j))
+                break
+    return tuple(found)
+
+
+def _is_designed(problem: PaletteProblem, at: CellIndex) -> bool:
+    return problem.reflectances[at[0]].free or problem.lights[at[1]].free
 
 
 def excluded_pair(problem: PaletteProblem, state: PaletteState) -> str:

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import frozen_array, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.cell import Cell, CellMode
-from spectral_core.palette.given import CellIndex, cell_name
+from spectral_core.palette.given import CellIndex, cell_index_of, cell_name, sequence_of
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.reachable import CellReach, NearestColor, whitened
 from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz
@@ -64,7 +65,9 @@ class PossibleColors:
         return tuple(sorted((each for each in shares.items() if each[1] > 0.01), key=lambda each: -each[1]))
 
     def without(self, cell: CellIndex, linear_rgb: ArrayLike) -> float:
-        """Remaining ΔE2000 to a wanted color if an exact cell of the row is released."""
+        """Remaining ΔE2000 to a wanted color if an exact cell of the row is released; ``cell``: one of ``held``."""
+        if cell not in self.held:
+            raise InvalidInputError(f"cell {cell} is not among the exact cells of the row, {list(self.held)}")
         kept = [pair for place, pair in zip(self.held, self.exact, strict=False) if place != cell]
         followers = zip(self.held[len(self.exact) :], self.follows, strict=True)
         follows = [light for place, light in followers if place != cell]
@@ -82,6 +85,8 @@ class PossibleColors:
         Bounded from outside by the set's extents in a number of directions, so that a color slightly outside may count
         as inside; ``nearest`` is exact.
         """
+        lightness = require_range("the lightness of a section", lightness, 0.0, 1000.0)
+        size = require_whole("the size of a section", size, 1, 4096)
         directions, extents = self._extents()
         colors = section_linear_rgb(lightness, size).reshape(-1, 3)
         inside = np.ones(len(colors), dtype=bool)
@@ -131,13 +136,21 @@ def possible_colors(
     InvalidInputError : the material is measured, the exact cells of its row contradict each other, or one of them
         refers to a cell that was not solved yet.
     """
-    row, column = index
+    require_kind("the palette", problem, PaletteProblem)
+    row, column = index = cell_index_of(index)
+    if not (0 <= row < len(problem.reflectances) and 0 <= column < len(problem.lights)):
+        raise InvalidInputError(
+            f"cell {index} is outside the table of {len(problem.reflectances)}×{len(problem.lights)} cells"
+        )
     if problem.reflectances[row].spectrum is not None:
         raise InvalidInputError(
             f"{problem.reflectances[row].name!r} is measured: it shows the one color that it has; let it be designed"
         )
-    spectra = list(lights) if lights is not None else [light.spectrum for light in problem.lights]
-    colors = None if actual is None else np.asarray(actual, dtype=np.float64)
+    spectra = [light.spectrum for light in problem.lights] if lights is None else list(sequence_of("lights", lights))
+    if len(spectra) != len(problem.lights):
+        raise InvalidInputError(f"{len(spectra)} lights; expected {len(problem.lights)}, one for each column")
+    shape = (len(problem.reflectances), len(problem.lights), 3)
+    colors = None if actual is None else frozen_array("the colors of the last solution", actual, shape)
     following = _following(problem, index)
     held: list[CellIndex] = []
     open_cells, exact = [], []

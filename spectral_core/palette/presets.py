@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_whole
+from spectral_core.checks import frozen_array, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.problem import Cell, PaletteLight, PaletteProblem, PaletteReflectance
@@ -30,7 +30,14 @@ SPLIT_COLORS = np.array([(202, 0, 32), (244, 165, 130), (247, 247, 247), (146, 1
 
 def design_grid(step_nm: float = 10.0) -> SpectralGrid:
     """The grid of the presets: 380 to 780 nm."""
-    return SpectralGrid.uniform(380.0, 780.0, step_nm)
+    return SpectralGrid.uniform(380.0, 780.0, require_range("the step of a grid", step_nm, 0.0, np.inf, " nm"))
+
+
+def _grid_or_default(grid: SpectralGrid | None, step_nm: float = 10.0) -> SpectralGrid:
+    if grid is None:
+        return design_grid(step_nm)
+    require_kind("the grid of a palette", grid, SpectralGrid, "such as design_grid()")
+    return grid
 
 
 def light_color(light: Illuminant) -> Array:
@@ -51,9 +58,9 @@ def hidden_mark(
     ``color``: color of both under ``conceal``, linear RGB. ``contrast``: wanted ratio of brightness between mark and
     ground under ``reveal``; the solution contains the contrast that [0, 1] and the exact match allow.
     """
-    grid = grid or design_grid(5.0)
+    grid = _grid_or_default(grid, 5.0)
     wanted = frozen_array("color", color, (3,))
-    if not contrast > 1:
+    if not require_range("contrast", contrast, -np.inf, np.inf) > 1:
         raise InvalidInputError(f"contrast is {contrast}; the mark must be more than 1 time as bright as the ground")
     lights = [normalized(illuminant(name)) for name in (conceal, reveal)]
     middle = float(luminance_from_linear_rgb(wanted)) * light_color(lights[1])
@@ -79,7 +86,7 @@ def metamer_pair(
     Their common color under ``match`` is free inside ``box`` (by default a blue, as in the figure); ``colors``: (2, 3)
     under ``split``.
     """
-    grid = grid or design_grid()
+    grid = _grid_or_default(grid)
     apart = frozen_array("colors", colors, (2, 3))
     lights = [normalized(illuminant(name)) for name in (split, match)]
     cells = (
@@ -98,7 +105,7 @@ def split_light(
     ``colors``: (5, 3), those under the last light; the others are their means. ``luminance``: of all lights, 6 in the
     thesis, as narrow-band reflectances need. ``weight``: of the D65 cells.
     """
-    grid = grid or design_grid()
+    grid = _grid_or_default(grid)
     last = frozen_array("colors", colors, (5, 3))
     middle = np.stack([last[:2].mean(axis=0)] * 2 + [last[2]] + [last[3:].mean(axis=0)] * 2)
     first = last.mean(axis=0)
@@ -123,13 +130,14 @@ def color_constancy(
 
     Daylight and a designed light; ``changing``: the second material's color under each.
     """
-    grid = grid or design_grid()
+    grid = _grid_or_default(grid)
     daylight = normalized(illuminant("D65"), luminance=2.0)
     lights = (PaletteLight(daylight), PaletteLight(sine_light(88.4, grid, luminance=2.0), free=True))
     kept = frozen_array("constant_color", constant_color, (3,))
+    under_both = frozen_array("changing", changing, (2, 3))  # type: ignore[arg-type]
     cells = (
         (Cell.fixed(kept), Cell.constant((0, 0), exact=True)),
-        (Cell.fixed(changing[0]), Cell.fixed(changing[1])),
+        (Cell.fixed(under_both[0]), Cell.fixed(under_both[1])),
     )
     return PaletteProblem(grid, lights, (PaletteReflectance("constant"), PaletteReflectance("changing")), cells)
 
@@ -145,7 +153,7 @@ def xray_smoke(
 
     All three lights are designed and look white by themselves; a solid keeps its color under all of them.
     """
-    grid = grid or design_grid()
+    grid = _grid_or_default(grid)
     lights = tuple(
         PaletteLight(sine_light(period, grid, luminance=3.0), free=True, white_xyz=WHITE_XYZ, luminance=3.0)
         for period in (62.0, 75.0, 88.4)
@@ -172,7 +180,7 @@ def most_distinct(
     ``color``: their color under ``conceal``; None leaves it free. ``luminance``: of both lights; the larger it is, the
     more smooth reflectances can differ below 1.
     """
-    grid = grid or design_grid()
+    grid = _grid_or_default(grid)
     if require_whole("count", count, -1 << 31, 1 << 31) < 2:
         raise InvalidInputError(f"count is {count}; at least 2 materials are needed to be different")
     lights = tuple(PaletteLight(normalized(illuminant(name), luminance=luminance)) for name in (conceal, reveal))

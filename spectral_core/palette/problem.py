@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, read_only_when_copied, require_range, require_text
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.cell import LARGEST, Cell, CellMode, require_size
-from spectral_core.palette.given import CellIndex, number_of, require_kind, sequence_of, shown
+from spectral_core.palette.given import CellIndex, number_of, require_bounds, require_kind, sequence_of, shown
 from spectral_core.spectra.observer import OBSERVER_NAMES, STANDARD
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
@@ -207,12 +207,7 @@ class PaletteProblem:
             if getattr(self, name) not in choices:
                 raise InvalidInputError(f"{name} is {getattr(self, name)!r}; expected one of {', '.join(choices)}")
         for name in ("reflectance_bounds", "light_bounds"):
-            bounds = sequence_of(name, getattr(self, name))
-            if len(bounds) != 2:
-                raise InvalidInputError(f"{name} are {bounds}; expected the lower and the upper one")
-            low, high = (number_of(f"a bound of {name}", bound) for bound in bounds)
-            if not low < high:
-                raise InvalidInputError(f"{name} are ({low}, {high}); expected the lower one first")
+            require_bounds(name, getattr(self, name))
 
     def with_cell(self, index: CellIndex, cell: Cell) -> Self:
         """The same problem with one cell replaced."""

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linprog
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_kind, require_whole
 from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.palette.given import require_bounds, sequence_of
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
 from spectral_core.spectra.observer import normalized, xyz_from_product
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
@@ -50,11 +51,12 @@ UNBOUNDED = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearestColor:
-    """The reachable color (3,) nearest to a wanted one. ``reachable``: True if it equals the wanted one.
+    """The reachable color (3,) nearest to a wanted one in CIELAB. ``reachable``: True if it equals the wanted one.
 
-    ``delta_e_2000``: the distance between them. ``reflectance``: (n,), one with this color. ``in_the_way``: for each
-    exact color, then each light that follows, the rate of decrease of half the squared CIELAB distance if that color
-    moves by one ΔE; the largest is the color to relax.
+    ``delta_e_2000``: the difference between them, which another reachable color may have smaller.
+    ``reflectance``: (n,), one with this color.
+    ``in_the_way``: for each exact color, then each light that follows, the rate of decrease of half the squared CIELAB
+    distance if that color moves by one ΔE; the largest is the color to relax.
     """
 
     color: Array
@@ -91,6 +93,11 @@ class CellReach:
         follows: Sequence[Illuminant] = (),
         bounds: tuple[float, float] = (0.0, 1.0),
     ) -> None:
+        require_bounds("the bounds of a reflectance", bounds)
+        require_kind("the grid of a reflectance", grid, SpectralGrid, "such as design_grid()")
+        exact, follows = [_exact_color(pair) for pair in sequence_of("exact", exact)], sequence_of("follows", follows)
+        for each in (light, *(other for other, _ in exact), *follows):
+            require_kind("a light", each, Illuminant)
         self.grid, self.bounds = grid, bounds
         self.matrix = _rgb_rows(light, grid, scale)
         held = [_rgb_rows(other, grid, scale) for other, _ in exact]
@@ -115,7 +122,7 @@ class CellReach:
         """Largest ``direction · color`` over all reachable colors, and a color (3,) that attains it; infinite where
         nothing bounds it.
         """
-        toward = np.asarray(direction, dtype=np.float64)
+        toward = frozen_array("a direction of colors", direction, (3,))
         gradient = toward @ self.matrix
         if not len(self._held) and np.isfinite(self.bounds).all():
             # Each wavelength reflects the most or the least: the extreme colors of an object (Schrödinger 1920).
@@ -131,6 +138,7 @@ class CellReach:
 
     def outline(self, count: int = 64) -> Array:
         """Extreme colors (count, 3) in directions spread evenly over the sphere (a Fibonacci spiral)."""
+        count = require_whole("the number of extreme colors", count, 1, 100_000)
         z = 1 - (2 * np.arange(count) + 1) / count
         angle = np.pi * (1 + 5**0.5) * np.arange(count)
         around = np.sqrt(1 - z**2)
@@ -260,10 +268,17 @@ class CellReach:
         return np.asarray(answer.x) if answer.status == 0 else None
 
 
+def _exact_color(pair: object) -> tuple[Illuminant, ArrayLike]:
+    found = sequence_of("an exact color", pair)
+    if len(found) != 2:
+        raise InvalidInputError(f"an exact color has {len(found)} parts; expected a light and its color")
+    return found[0], found[1]
+
+
 def _ends(color: ArrayLike) -> Array:
     """Least and greatest color (2, 3) of an exact color or of a range."""
-    ends = np.array(color, dtype=np.float64)
-    if ends.shape == (2, 3) and not np.isnan(ends).any() and np.all(ends[0] <= ends[1]):
+    ends = np.array(color) if np.shape(color) == (2, 3) else np.zeros(0)
+    if ends.size and ends.dtype.kind in "fiu" and not np.isnan(ends).any() and np.all(ends[0] <= ends[1]):
         return ends
     return np.stack([frozen_array("exact color", color, (3,))] * 2)
 

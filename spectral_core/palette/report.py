@@ -14,11 +14,19 @@ from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.cell_errors import CellErrors, cell_errors
-from spectral_core.palette.inaccurate import excluded_pair, extreme_number, only_black
+from spectral_core.palette.inaccurate import excluded_pair, extreme_number, missed_as_measured, only_black
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.block import DIM
 from spectral_core.palette.qp.optimality import Check, checked
-from spectral_core.palette.solution import REMEDIES, ROUGH, UNRELIABLE, VISIBLE_DELTA_E, PaletteSolution, PaletteStatus
+from spectral_core.palette.solution import (
+    NOT_FOUND,
+    REMEDIES,
+    ROUGH,
+    UNRELIABLE,
+    VISIBLE_DELTA_E,
+    PaletteSolution,
+    PaletteStatus,
+)
 from spectral_core.spectra.color import XYZ_FROM_RGB
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
@@ -86,11 +94,13 @@ def _named_cause(
         excluded = excluded_pair(problem, state)
     if excluded:
         return PaletteStatus.EXACT_CONFLICT, f"{excluded} The closest compromise is shown."
-    if status is PaletteStatus.EXACT_CONFLICT:
+    if status is PaletteStatus.EXACT_CONFLICT and not missed_as_measured(problem, state.colors(), EXACT_LIMIT):
         worst = exact_error(builder.requests, state.colors())[0]
         black = only_black(problem, trace.sides.get("reflectances"), worst)
         if black:
             return status, black
+    if status is PaletteStatus.EXACT_CONFLICT and len(trace.sides) > 1:
+        return status, NOT_FOUND
     if status is PaletteStatus.IMPROVING and not _is_exact_optimum(trace):
         return status, ROUGH
     extreme = ""

@@ -45,6 +45,11 @@ ROUGH = (
     "All exact cells hold, but the spectra may be rougher than they must be: beside these cells the smoothness is lost "
     "in rounding. Raise the smoothness, or make one of the cells not exact."
 )
+NOT_FOUND = (
+    "No lights and materials were found with which all exact cells hold; the closest compromise is shown. Make one of "
+    "the cells not exact, choose another spectrum from which a light begins, or give more time or rounds."
+)
+"""Remedy of conflicting exact cells if lights and materials are both designed: no search proves that none exist."""
 REMEDIES = {
     PaletteStatus.SOLVED: "",
     PaletteStatus.COMPROMISE: (

@@ -67,14 +67,17 @@ def is_illuminant(name: str) -> bool:
     return True
 
 
-@cache
 def illuminant(name: str) -> Illuminant:
     """A measured light by name (``"D65"``, ``"HP1"``, ``"FL11"``, …) on its own grid, in relative power per nm.
 
     ``"blackbody 3200"`` gives Planck's law at that temperature in kelvin. Raises UnknownNameError, and
     InvalidInputError for a temperature outside of 500 to 50000 K, or for no text.
     """
-    require_text("name of an illuminant", name)
+    return _illuminant(require_text("name of an illuminant", name))
+
+
+@cache
+def _illuminant(name: str) -> Illuminant:
     known = ALIASES.get(name.lower(), name)
     if known.lower().startswith(_BLACK_BODY):
         return blackbody(_kelvin(name, known[len(_BLACK_BODY) :]))

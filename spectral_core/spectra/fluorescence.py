@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_kind, require_range
+from spectral_core.checks import require_kind, require_range, require_text
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import Observer, integration_points, xyz_of
@@ -38,6 +38,7 @@ class FluorescentDye:
     emission: Spectrum
 
     def __post_init__(self) -> None:
+        require_text("the name of a dye", self.name)
         for word, spectrum in (("excitation", self.excitation), ("emission", self.emission)):
             require_kind(f"{word} of dye {self.name!r}", spectrum, Spectrum, "spectra.files.read_spectra(PATH)[0]")
             if spectrum.values.min() < 0 or spectrum.values.max() <= 0:

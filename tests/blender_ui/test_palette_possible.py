@@ -28,7 +28,7 @@ def test_an_impossible_color_is_reported_drawn_and_replaced_by_the_nearest(blend
     blender.ops.spectral.palette_possible()
     answer = palette.possible
     assert not answer.reachable
-    assert "Not possible" in answer.words
+    assert "Not possible; the color that is nearest in CIELAB" in answer.words
     assert "Conflict: the exact color under" in answer.words
     picture = picture_of(blender.context.scene)
     assert picture.shape[2] == 4

@@ -187,7 +187,7 @@ def _words(
     if is_possible(found):
         lines = ["Possible."]
     else:
-        lines = [f"Not possible; the nearest color is ΔE {found.delta_e_2000:.1f} away."]
+        lines = [f"Not possible; the color that is nearest in CIELAB is ΔE2000 {found.delta_e_2000:.1f} away."]
         for cell, _ in colors.in_the_way(found)[:2]:
             left = colors.without(cell, wanted)
             name = lights[cell[1]]

@@ -88,7 +88,7 @@ def _requests(problem: PaletteProblem, assembled: Assembled) -> list[_Request]:
         for j, cell in enumerate(row):
             terms: list[tuple[int, int, Array]] = []
             lows, highs = [], []
-            for number, (signs, low, high) in enumerate(_comparisons(cell, (i, j)) if cell.exact else ()):
+            for number, (signs, low, high) in enumerate(comparisons(cell, (i, j)) if cell.exact else ()):
                 for at, sign in signs:
                     if at in seen:
                         terms.append((number, seen[at][0], sign * seen[at][1]))
@@ -102,7 +102,7 @@ def _requests(problem: PaletteProblem, assembled: Assembled) -> list[_Request]:
     return found
 
 
-def _comparisons(cell: Cell, at: CellIndex) -> list[tuple[list[tuple[CellIndex, float]], Array, Array]]:
+def comparisons(cell: Cell, at: CellIndex) -> list[tuple[list[tuple[CellIndex, float]], Array, Array]]:
     """The comparisons that an exact cell asks for: signed cells, and the least and the greatest sum of their colors."""
     none = np.zeros(3)
     found: list[tuple[list[tuple[CellIndex, float]], Array, Array]] = []

@@ -10,6 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from spectral_core.checks import require_kind
 from spectral_core.documents import read_document, write_document
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.files.document import PALETTE_SCHEMA, document_of, problem_of
@@ -46,6 +47,7 @@ def write_palette(path: str | Path, problem: PaletteProblem, *, comment: str = "
 
     ``comment``: lines for people on top of a TOML file.
     """
+    require_kind("the palette", problem, PaletteProblem)
     write_document(path, document_of(problem), comment=comment, what="palettes")
 
 
@@ -56,6 +58,7 @@ def read_solution(path: str | Path) -> PaletteSolution:
 
 def write_solution(path: str | Path, solution: PaletteSolution) -> None:
     """Write a solution, its problem included, as JSON."""
+    require_kind("the solution", solution, PaletteSolution, "from solve_palette")
     file = Path(path)
     if file.suffix.lower() != ".json":
         raise InvalidInputError(f"solutions are written as .json, got {file.name!r}; change the file name's ending")

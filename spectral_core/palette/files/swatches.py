@@ -18,10 +18,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_text
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import read_bytes, read_text, reading
 from spectral_core.files.whole import write_bytes
+from spectral_core.palette.given import sequence_of
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
 
@@ -50,6 +51,7 @@ class Swatch:
 
 def swatches_of(solution: PaletteSolution) -> list[Swatch]:
     """Color of each reflectance under each light, grouped by light."""
+    require_kind("the solution", solution, PaletteSolution, "from solve_palette")
     return [
         Swatch(item.name, solution.actual_linear_rgb[i, j], light.name)
         for j, light in enumerate(solution.problem.lights)
@@ -63,6 +65,9 @@ def write_swatches(path: str | Path, swatches: Sequence[Swatch], *, clip: bool =
     Painting programs store display colors. ``clip`` moves each channel of other colors to the nearest end; without it
     they raise InvalidInputError.
     """
+    swatches = sequence_of("swatches", swatches)
+    for swatch in swatches:
+        require_kind("a swatch", swatch, Swatch)
     file = Path(path)
     writers = {".ase": _ase_bytes, ".gpl": _gpl_bytes}
     if file.suffix.lower() not in writers:

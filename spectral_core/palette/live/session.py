@@ -76,7 +76,7 @@ class PaletteSession:
 
     @on_one_thread
     def __init__(self, problem: PaletteProblem, *, rounds_per_edit: int = 1) -> None:
-        self.rounds_per_edit = rounds_per_edit
+        self.rounds_per_edit = require_whole("rounds_per_edit", rounds_per_edit, 0, 100_000)
         self._solution = solve_palette(problem, explain=False, seconds=FIRST_SECONDS)
         self._state: PaletteState = self._solution.state
         self._answered: tuple[Side, Assembled, Answer] | None = None

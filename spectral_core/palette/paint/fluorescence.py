@@ -15,8 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range, require_text
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.cell import LARGEST
+from spectral_core.palette.given import sequence_of
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.fluorescence import FluorescentDye, require_energy, share_per_amount
 from spectral_core.spectra.observer import Observer, integration_points, linear_rgb_from_product, xyz_of
@@ -36,6 +38,11 @@ class FluorescentSurface:
     amounts: Array
 
     def __post_init__(self) -> None:
+        require_text("the name of a fluorescent surface", self.name)
+        require_kind(f"the reflectance of {self.name!r}", self.reflectance, Spectrum)
+        object.__setattr__(self, "dyes", sequence_of(f"the dyes of {self.name!r}", self.dyes))
+        for dye in self.dyes:
+            require_kind(f"a dye of {self.name!r}", dye, FluorescentDye)
         object.__setattr__(self, "amounts", frozen_array(f"amounts of {self.name!r}", self.amounts, (len(self.dyes),)))
         if self.amounts.min(initial=0.0) < 0:
             raise InvalidInputError(f"amounts of {self.name!r} are {self.amounts.tolist()}; expected at least 0")
@@ -96,5 +103,8 @@ def color_from_light(surface: FluorescentSurface, grid: SpectralGrid, viewer: Ob
 def led(peak_nm: float, *, power: float = 1.0, width_nm: float = 8.0) -> Illuminant:
     """A bell-shaped LED of a given radiant power; ``width_nm``: its standard deviation. For tests of fluorescence."""
     grid = SpectralGrid.uniform(300, LAST_NM, 1)
+    peak_nm = require_range("the peak of an LED", peak_nm, 300.0, LAST_NM, " nm")
+    width_nm = require_range("the width of an LED", width_nm, 0.1, 1000.0, " nm")
+    power = require_range("the power of an LED", power, 0.0, LARGEST)
     bell = np.exp(-0.5 * ((grid.wavelengths_nm - peak_nm) / width_nm) ** 2)
     return Illuminant(f"{peak_nm:g} nm LED", grid, power * bell / bell.sum(), source="Gaussian")

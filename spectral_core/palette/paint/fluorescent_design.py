@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.blas_threads import on_one_thread
-from spectral_core.checks import require_range
+from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.cell_errors import cell_errors
 from spectral_core.palette.design.rounds import Budget, is_nothing
 from spectral_core.palette.design.whole import LAST_ROUNDS, MOST_RESERVED, SECONDS
+from spectral_core.palette.given import sequence_of
 from spectral_core.palette.paint.fluorescence import FluorescentSurface
 from spectral_core.palette.paint.fluorescent_descent import descended
 from spectral_core.palette.paint.fluorescent_spectra import FluorescentSpectra
@@ -102,8 +103,16 @@ def solve_fluorescent(
         For settings that dyes do not support: several observers, variants of lights, lights from primaries, subspaces,
         "distinct" cells, negative reflectances, and dyes on measured reflectances.
     """
+    require_kind("the palette", problem, PaletteProblem)
+    require_kind("the dyes", dyes, Mapping, "of tuples of dyes by the number of their reflectance")
     _require_supported(problem, dyes)
     require_range("seconds", seconds, 0.0, 1e6)
+    if start is not None:
+        start = sequence_of("the lights of an earlier solution", start)
+        for light in start:
+            require_kind("a light of an earlier solution", light, Spectrum)
+        if len(start) != len(problem.lights):
+            raise InvalidInputError(f"start has {len(start)} lights; expected {len(problem.lights)}")
     own = [tuple(dyes.get(row, ())) for row in range(len(problem.reflectances))]
     design = FluorescentSpectra(problem, compiled_requests(problem), own)
     if start is not None:
@@ -164,8 +173,10 @@ def _require_supported(problem: PaletteProblem, dyes: Dyes) -> None:
     found = [name for name, present in refused.items() if present]
     if found:
         raise InvalidInputError(f"a palette with fluorescence has {', '.join(found)}; it is designed without them")
-    for item in dyes:
-        if not 0 <= item < len(problem.reflectances):
+    for item, given in dyes.items():
+        for dye in sequence_of(f"dyes of reflectance {item}", given):
+            require_kind(f"a dye of reflectance {item}", dye, FluorescentDye)
+        if not isinstance(item, int | np.integer) or not 0 <= item < len(problem.reflectances):
             raise InvalidInputError(f"dyes for reflectance {item}; expected 0 to {len(problem.reflectances) - 1}")
         if not problem.reflectances[item].free:
             raise InvalidInputError(

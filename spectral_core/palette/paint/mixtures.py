@@ -14,11 +14,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import frozen_array, require_kind, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.kernel import color_kernel
+from spectral_core.palette.given import sequence_of
 from spectral_core.palette.solution import PaletteSolution
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.spectrum import Reflectance
 
 Array = NDArray[np.float64]
 
@@ -37,8 +39,10 @@ def halftone_shares(coverages: ArrayLike) -> Array:
 
     Overprint number b holds ink i where bit i of b is set; mix the overprints' reflectances with additive_mixture.
     """
-    inks = np.asarray(coverages, dtype=np.float64)
-    if inks.ndim == 0 or np.any((inks < 0) | (inks > 1)) or not np.all(np.isfinite(inks)):
+    inks = frozen_array("ink coverages", coverages)
+    if inks.ndim == 0 or inks.shape[-1] == 0:
+        raise InvalidInputError(f"ink coverages have shape {inks.shape}; expected a number for each ink")
+    if np.any((inks < 0) | (inks > 1)):
         raise InvalidInputError(f"ink coverages span {np.min(inks):g} to {np.max(inks):g}; expected 0 to 1")
     bits = (np.arange(2 ** inks.shape[-1])[:, None] >> np.arange(inks.shape[-1])) & 1
     return np.prod(np.where(bits == 1, inks[..., None, :], 1 - inks[..., None, :]), axis=-1)
@@ -46,17 +50,21 @@ def halftone_shares(coverages: ArrayLike) -> Array:
 
 def absorption_from_reflectance(reflectance: ArrayLike) -> Array:
     """K/S of an opaque layer: (1 − R)² / (2 R); infinite for R = 0."""
-    surface = np.asarray(reflectance, dtype=np.float64)
-    if np.any((surface < 0) | (surface > 1)):
-        raise InvalidInputError(f"reflectances span {surface.min():g} to {surface.max():g}; Kubelka-Munk needs 0 to 1")
+    surface = _opaque("reflectances", reflectance)
     with np.errstate(divide="ignore"):
-        return (1 - surface) ** 2 / (2 * surface)
+        return np.asarray((1 - surface) ** 2 / (2 * surface))
 
 
 def reflectance_from_absorption(absorption: ArrayLike) -> Array:
     """R of an opaque layer with K/S: 1 + K/S − √((K/S)² + 2 K/S), written so that small R keep their digits."""
-    ratio = np.asarray(absorption, dtype=np.float64)
-    return 1 / (1 + ratio + np.sqrt(ratio * (ratio + 2)))
+    # Infinity, that of a perfect black, is no finite number.
+    given = np.ma.filled(absorption, np.nan) if np.ma.is_masked(absorption) else absorption
+    is_black = np.equal(given, np.inf) if np.asarray(given).dtype.kind in "fiub" else False
+    ratio = np.where(is_black, np.inf, frozen_array("K/S", np.where(is_black, 0.0, given)))
+    if np.any(ratio < 0):
+        raise InvalidInputError(f"K/S is {np.min(ratio):g} at least; expected it from 0")
+    with np.errstate(over="ignore"):  # a K/S whose square overflows is black
+        return np.asarray(1 / (1 + ratio + np.sqrt(ratio * (ratio + 2))))
 
 
 def paint_mixture(concentrations: ArrayLike, reflectances: ArrayLike, scattering: ArrayLike | None = None) -> Array:
@@ -66,8 +74,12 @@ def paint_mixture(concentrations: ArrayLike, reflectances: ArrayLike, scattering
     relative to each other; 1 for all by default (the single-constant theory).
     """
     weights = _shares(concentrations)
-    surfaces = _surfaces(reflectances, weights.shape[-1])
-    strength = np.ones(surfaces.shape[0]) if scattering is None else np.asarray(scattering, dtype=np.float64)
+    surfaces = _opaque("reflectances of paints", _surfaces(reflectances, weights.shape[-1]))
+    strength = np.ones(surfaces.shape[0]) if scattering is None else frozen_array("scattering", scattering)
+    if strength.shape not in ((surfaces.shape[0],), surfaces.shape):
+        raise InvalidInputError(
+            f"scattering has shape {strength.shape}; expected {(surfaces.shape[0],)} or {surfaces.shape}"
+        )
     strength = np.broadcast_to(strength[:, None] if strength.ndim == 1 else strength, surfaces.shape)
     if np.any(strength <= 0):
         raise InvalidInputError(f"scattering spans {strength.min():g} to {strength.max():g}; expected it above 0")
@@ -99,28 +111,48 @@ def tint_differences(
 
     ``base``: reflectance of the white, a number or (n,) on the palette's grid; ``levels``: concentrations of the paint.
     """
-    grid = solution.problem.grid
-    white = np.broadcast_to(np.asarray(base, dtype=np.float64), (grid.size,))
+    require_kind("the solution", solution, PaletteSolution, "from solve_palette")
+    grid, count = solution.problem.grid, len(solution.reflectances)
+    white = base_on(base, grid.size)
+    for pair in (sequence_of("a pair", each) for each in sequence_of("pairs", pairs)):
+        if len(pair) != 2 or not all(isinstance(k, int | np.integer) and 0 <= k < count for k in pair):
+            raise InvalidInputError(f"a pair is {pair}; expected two numbers of reflectances, from 0 to {count - 1}")
     surfaces = [surface.at(grid.wavelengths_nm) for surface in solution.reflectances]
     kernel = color_kernel(grid)
     matrices = np.stack([kernel.matrix_of(light)[0] for light in solution.illuminants])
     found = []
-    for level in np.atleast_1d(np.asarray(levels, dtype=np.float64)):
+    for level in np.atleast_1d(frozen_array("levels of tints", levels)):
         tints = np.stack([paint_mixture([level, 1 - level], np.stack([surface, white])) for surface in surfaces])
         lab = lab_from_linear_rgb(np.einsum("lcn,rn->rlc", matrices, tints))
         found.append([delta_e_2000(lab[a], lab[b]) for a, b in pairs])
     return np.array(found)
 
 
+def base_on(base: ArrayLike, size: int) -> Array:
+    """Reflectance (n,) of the base of tints, from a number or one for each sample."""
+    white = _opaque("the base of tints", base)
+    if white.ndim > 1 or white.size not in (1, size):
+        raise InvalidInputError(f"the base of tints has shape {white.shape}; expected a number or {size} of them")
+    return np.broadcast_to(white, (size,))
+
+
+def _opaque(name: str, reflectances: ArrayLike) -> Array:
+    """Finite reflectances from 0 to 1, as Kubelka and Munk need them."""
+    found = frozen_array(name, reflectances)
+    if np.any((found < -Reflectance.TOLERANCE) | (found > 1 + Reflectance.TOLERANCE)):
+        raise InvalidInputError(f"{name} span {found.min():g} to {found.max():g}; Kubelka-Munk needs 0 to 1")
+    return np.clip(found, 0.0, 1.0)
+
+
 def _shares(shares: ArrayLike) -> Array:
-    weights = np.asarray(shares, dtype=np.float64)
+    weights = frozen_array("shares of a mixture", shares)
     if weights.ndim == 0 or np.any(weights < 0) or not np.allclose(weights.sum(axis=-1), 1.0, atol=1e-9):
         raise InvalidInputError(f"shares {weights.tolist()} of a mixture; expected numbers of at least 0 that sum to 1")
     return weights
 
 
 def _surfaces(reflectances: ArrayLike, count: int) -> Array:
-    surfaces = np.atleast_2d(np.asarray(reflectances, dtype=np.float64))
+    surfaces = np.atleast_2d(frozen_array("reflectances", reflectances))
     if surfaces.shape[0] != count:
         raise InvalidInputError(f"{surfaces.shape[0]} reflectances for {count} shares; expected one each")
     return surfaces

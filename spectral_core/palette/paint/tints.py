@@ -14,14 +14,15 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.requests import Requests, compiled_requests
 from spectral_core.palette.assemble.side import COLOR_NORM, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.design.rounds import SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
-from spectral_core.palette.paint.mixtures import paint_mixture, paint_slope, tint_differences
+from spectral_core.palette.given import sequence_of
+from spectral_core.palette.paint.mixtures import base_on, paint_mixture, paint_slope, tint_differences
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import Block
@@ -52,14 +53,19 @@ class TintCriterion:
     weight: float = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "base", frozen_array("the base of tints", np.atleast_1d(self.base), (None,)))
+        base = frozen_array("the base of tints", np.atleast_1d(self.base), (None,))
+        object.__setattr__(self, "base", base)
+        base_on(base, max(base.size, 1))
+        object.__setattr__(self, "levels", sequence_of("the levels of tints", self.levels))
+        if not self.levels:
+            raise InvalidInputError("a design with tints needs at least one level, such as 0.5; got none")
         for level in self.levels:
             require_range("a tint level", level, 1e-3, 1.0)
         require_range("the weight of tints", self.weight, 0.0, 1e30)
 
     def base_on(self, size: int) -> Array:
         """The base at every sample of the grid, (n,)."""
-        return np.broadcast_to(np.asarray(self.base), (size,))
+        return base_on(self.base, size)
 
 
 def with_tints(builder: Assembler, linked: Quadratic, state: PaletteState, criterion: TintCriterion) -> Quadratic:
@@ -144,7 +150,11 @@ def solve_with_tints(
     solve_palette continues. Raises InvalidInputError if cells are "distinct", or reflectances may leave 0 to 1.
     """
     started = perf_counter()
-    criterion = criterion or TintCriterion()
+    require_kind("the palette", problem, PaletteProblem)
+    criterion = TintCriterion() if criterion is None else criterion
+    require_kind("the criterion of tints", criterion, TintCriterion)
+    iterations = require_whole("iterations", iterations, 0, 100_000)
+    criterion.base_on(problem.grid.size)
     if wants_distinct(problem):
         raise InvalidInputError("tints are not designed together with 'distinct' cells; make those 'fixed' or 'ignore'")
     if problem.reflectance_bounds[0] < 0 or problem.reflectance_bounds[1] > 1:

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog, minimize
 
-from spectral_core.checks import frozen_array, require_range, require_whole
+from spectral_core.checks import frozen_array, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.given import sequence_of
 from spectral_core.palette.recipe.fidelity import FidelityReference
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
 from spectral_core.palette.recipe.white import (
@@ -98,10 +99,10 @@ class LampQuality:
         for name, least in (("rendering_index (Ra)", self.rendering_index), ("fidelity (Rf)", self.fidelity)):
             if least is not None:
                 require_range(name, least, 0.0, 100.0)
-        for end in self.gamut or ():
-            require_range("gamut (Rg)", end, 0.0, 1_000.0)
-        if self.gamut is not None and self.gamut[0] > self.gamut[1]:
-            raise InvalidInputError(f"Rg is requested from {self.gamut[0]:g} to {self.gamut[1]:g}; swap the two")
+        if self.gamut is not None:
+            low, high = (require_range("gamut (Rg)", end, 0.0, 1e3) for end in frozen_array("gamut", self.gamut, (2,)))
+            if low > high:
+                raise InvalidInputError(f"Rg is requested from {low:g} to {high:g}; swap the two")
 
     def margins(self, spd: Array, kelvin: float) -> list[float]:
         """Margin of each requested index; negative if it falls short."""
@@ -153,7 +154,12 @@ def lamp_recipe(
     InvalidInputError : too few channels, or no mix of them has the wanted white.
     """
     started = time.perf_counter()
-    quality = quality or LampQuality()
+    quality = LampQuality() if quality is None else quality
+    channels = sequence_of("channels", channels)
+    for channel in channels:
+        require_kind("a channel", channel, Illuminant)
+    require_kind("the quality of a lamp", quality, LampQuality)
+    wanted_xyz = None if wanted_xyz is None else frozen_array("wanted_xyz", wanted_xyz, (3,))
     if not 3 <= len(channels) <= 16:
         raise InvalidInputError(f"a lamp recipe takes 3 to 16 channels; got {len(channels)}")
     most = len(channels) if most_channels is None else require_whole("most_channels", most_channels, 3, len(channels))

@@ -17,14 +17,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_range, require_whole
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.given import sequence_of
 from spectral_core.palette.paint.mixtures import halftone_shares, paint_mixture
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
 from spectral_core.palette.texture.reach import stimulus_matrix
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import OBSERVER_NAMES, observer
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 Kind = Literal["paints", "inks", "filters"]
@@ -56,6 +57,8 @@ class Colorants:
     def __post_init__(self) -> None:
         if self.kind not in ("paints", "inks", "filters"):
             raise InvalidInputError(f"colorants are {self.kind!r}; expected 'paints', 'inks' or 'filters'")
+        object.__setattr__(self, "names", sequence_of(f"names of the {self.kind}", self.names))
+        require_kind(f"the grid of the {self.kind}", self.grid, SpectralGrid, "such as design_grid()")
         count = len(self.names)
         if not 1 <= count <= (8 if self.kind == "inks" else 24):
             raise InvalidInputError(
@@ -69,6 +72,8 @@ class Colorants:
         object.__setattr__(self, "spectra", np.maximum(spectra, LEAST_REFLECTANCE))
         if self.scattering is not None:
             object.__setattr__(self, "scattering", frozen_array("scattering", self.scattering, (count,)))
+            if np.min(np.asarray(self.scattering)) <= 0:
+                raise InvalidInputError(f"scattering is {np.min(self.scattering):g} at least; expected it above 0")
         paper = np.ones(self.grid.size) if self.paper is None else self.paper
         object.__setattr__(self, "paper", frozen_array("paper", paper, (self.grid.size,)))
         self._check_paper()
@@ -101,7 +106,9 @@ class Colorants:
 
     def reflectance(self, amounts: ArrayLike) -> Array:
         """Reflectance (n,) of amounts (k,); amounts of paints are divided by their sum."""
-        given = np.asarray(amounts, dtype=np.float64)
+        given = frozen_array("amounts", amounts, (len(self.names),))
+        if given.min() < 0 or (self.kind == "paints" and not given.any()):
+            raise InvalidInputError(f"amounts are {given.tolist()}; expected at least 0, and some above")
         if self.kind == "paints":
             return paint_mixture(given / given.sum(), self.spectra, self.scattering)
         assert self.paper is not None
@@ -141,6 +148,7 @@ class MaterialRecipe:
             raise InvalidInputError(
                 f"grams are of paints; these are {self.colorants.kind}, whose amounts are {self.unit}"
             )
+        total = require_range("grams of the mixture", total, 0.0, 1e12)
         pairs = zip(self.colorants.names, self.amounts, strict=True)
         return {name: total * float(amount) for name, amount in pairs if amount > 0}
 
@@ -151,6 +159,7 @@ class MaterialRecipe:
 
     def text(self, total_g: float = 100.0) -> str:
         """The recipe as text lines."""
+        total_g = require_range("grams of the mixture", total_g, 0.0, 1e12)
         factor, unit = {"paints": (total_g, "g"), "inks": (100.0, "%"), "filters": (1.0, "x")}[self.colorants.kind]
         pairs = zip(self.colorants.names, self.amounts, strict=True)
         lines = [f"{name:24} {factor * amount:8.3f} {unit}" for name, amount in pairs if amount > 0]
@@ -184,6 +193,11 @@ def material_recipe(
     started = time.perf_counter()
     if not lights:
         raise InvalidInputError("a recipe needs at least one light under which the colors shall agree; got none")
+    require_kind("the colorants", colorants, Colorants)
+    require_kind("the wanted reflectance", target, Spectrum)
+    for light in sequence_of("lights", lights):
+        require_kind("a light", light, Spectrum)
+    seed = require_whole("seed", seed, 0, 1 << 62)
     count = len(colorants.names)
     most = min(count, require_whole("most_colorants", most_colorants, 1, MOST_COLORANTS))
     matrix = stimulus_matrix(lights, colorants.grid)
