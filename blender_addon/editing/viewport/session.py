@@ -27,7 +27,7 @@ from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Forbidden, Unfinished
 from ...translate.viewport.look import look_of
-from ...translate.viewport.shown import shown_by, shows_a_part
+from ...translate.viewport.shown import part_shown_by, shown_by, shows_a_part
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..dial.picture import covers
@@ -152,7 +152,8 @@ class ViewSession:
 
     def _enter(self, context: Any, depsgraph: Any) -> str:
         """The stage of this view, shared by all views with the same objects."""
-        own = f"/{self.name}" if shows_a_part(context.space_data) else ""
+        space = context.space_data
+        own = f"/{space.as_pointer()}" if shows_a_part(space) else ""  # the four views of a quad view have one space
         stage = f"{depsgraph.scene.session_uid}/{depsgraph.view_layer.name}{own}"
         if stage != self._stage:
             self.leave()
@@ -168,12 +169,10 @@ class ViewSession:
             transparent_glass=bool(cycles_settings(source, "film_transparent_glass", False)), **pixel_filter_of(source),
         )  # fmt: skip
         camera = Camera(world_from_camera=np.eye(4))  # the camera of a view is part of each request for a picture
-        scene = translate_scene(
+        stage.show_part(part_shown_by(space))
+        return translate_scene(
             depsgraph, film=film, seen_from=camera, shows=shown_by(space), kept=stage.kept, designed=stage.designed
         )
-        if shows_a_part(space):
-            stage.kept.walk = None  # Blender does not report which objects such a view shows
-        return scene
 
     def look(self, context: Any, depsgraph: Any) -> list[Picture]:
         """The pictures to draw now, from left to right; requests new ones if anything has changed."""

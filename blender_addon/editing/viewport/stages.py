@@ -33,6 +33,7 @@ class Stage:
 
     ``users``: names of the views. ``epoch``, ``frame``, ``designed``: exchanges of data, frame and palette of ``kept``.
     ``evaluation``: round and edits of the last evaluation, ``told``: the views that have told of it.
+    ``part``: the objects that the views show, as ``part_shown_by``.
     """
 
     kept: Kept = field(default_factory=Kept)
@@ -42,6 +43,7 @@ class Stage:
     designed: Mapping[int, Any] = field(default_factory=dict)
     evaluation: Any = None
     told: set[str] = field(default_factory=set)
+    part: Any = None
 
     def keep_up(self, depsgraph: Any, designed: Mapping[int, Any] = NOTHING, view: str = "") -> None:
         """Drop the parts that edits have changed, and all parts if Blender does not report the changes.
@@ -67,6 +69,11 @@ class Stage:
         before, self.designed = self.designed, designed
         keys = before.keys() | designed.keys()
         self.kept.redesign({key for key in keys if before.get(key) is not designed.get(key)})
+
+    def show_part(self, part: Any) -> None:
+        """Set the objects that the next translation shows; if they are others, it needs another walk over them."""
+        if part != self.part:
+            self.part, self.kept.walk, self.kept.begun = part, None, None
 
     def _is_told_again(self, updates: Any, view: str) -> bool:
         """True if another view has told of the same evaluation in this round, and this one has not."""
