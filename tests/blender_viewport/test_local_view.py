@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from tests.blender_viewport.test_viewport_edits import EDITS, updated  # noqa: E402
+from tests.blender_viewport.test_viewport_edits import EDITS, shader, updated  # noqa: E402
 
 
 @pytest.fixture
@@ -81,6 +82,43 @@ def removed(stage):
         obj.select_set(obj.name == "Ball")
     with bpy.context.temp_override(**stage.area):
         bpy.ops.view3d.localview_remove_from()
+
+
+def test_the_views_of_a_scene_request_new_pictures_after_a_change_that_the_first_has_sent(quad):
+    """The corner of the others said that their pictures were current, and their looks were of the next picture."""
+    stage, _ = quad
+    updated(stage)
+    updated(stage)
+    before = [session._sides[0].generation for session in stage.sessions]
+    frames = {session._sides[0].name: session._sides[0].generation for session in stage.sessions}
+    stage.link.latest = lambda name: SimpleNamespace(frame=SimpleNamespace(generation=frames[name], how=""), first=0.0)
+    settings = stage.scene.spectral.viewport
+    settings.look.kind, settings.look.lamp, settings.look.adapts = "LAMP", "blackbody 2000", True
+    updated(stage, EDITS["power"])
+    assert all(now._sides[0].generation > old for now, old in zip(stage.sessions, before, strict=True))
+    depsgraph = bpy.context.view_layer.depsgraph
+    for session in stage.sessions:
+        (picture,) = session.look(stage.context, depsgraph)
+        assert not picture.is_current
+        assert np.array_equal(picture.matrix, np.eye(3)), "that of the picture before the change"
+    frames |= {session._sides[0].name: session._sides[0].generation for session in stage.sessions}
+    for session in stage.sessions:
+        (picture,) = session.look(stage.context, depsgraph)
+        assert picture.is_current
+        assert not np.allclose(picture.matrix, np.eye(3), atol=0.1)
+
+
+def test_what_has_to_be_read_at_each_evaluation_is_read_once_for_all_views(quad):
+    """Blender reports no change of custom properties, so that every object is visited again after each edit."""
+    stage, visited = quad
+    attribute = stage.material.node_tree.nodes.new("ShaderNodeAttribute")
+    attribute.attribute_type, attribute.attribute_name = "OBJECT", "shade"
+    stage.material.node_tree.links.new(attribute.outputs["Fac"], shader(stage.material)["Roughness"])
+    updated(stage)
+    for edit in ("color", "power"):
+        visited.clear()
+        updated(stage, EDITS[edit])
+        assert len(visited) == len(bpy.data.objects)
 
 
 def test_views_follow_the_objects_of_their_local_view(quad):
