@@ -78,7 +78,7 @@ def stage(blender, monkeypatch):
         window_matrix=projection, view_matrix=np.eye(4), is_perspective=True, view_perspective="PERSP"
     )
     own = {"local_view": None, "use_local_collections": False, "camera": None, "use_local_camera": False}
-    own["use_render_border"] = False
+    own |= {"use_render_border": False, "as_pointer": lambda: 1}
     space = SimpleNamespace(**own, clip_start=0.1, clip_end=100.0)
     region, area = SimpleNamespace(width=90, height=60), SimpleNamespace(regions=())
     context = SimpleNamespace(space_data=space, area=area, region=region, region_data=region_data)

@@ -94,18 +94,20 @@ def test_a_wait_leaves_time_for_the_longest_of_the_latest_drawings(blender, monk
     depsgraph = SimpleNamespace(scene=scene, scene_eval=scene)
     monkeypatch.setattr(scene, "camera", None, raising=False)
     session = sessions.ViewSession(lambda: None)
-    side = sessions._Side("view")
+    monkeypatch.setitem(sessions._stages, "scene", sessions.Stage())
+    session._stage, changes = "scene", sessions._stages["scene"].changes
+    side = sessions.Side("view", 0)
     assert session._ask(side, time.monotonic(), context, depsgraph) == 0.0
-    side.changed = NUMBER
+    side.changed, changes[0] = NUMBER, changes[0] + 1
     assert session._ask(side, time.monotonic(), context, depsgraph) == 0.0
     for seconds in (0.01, 0.05, 0.02):
         session.drawings.append(seconds)
-    second = sessions._Side("second side")
+    second = sessions.Side("second side", 1)
     assert session._ask(second, time.monotonic(), context, depsgraph) == 0.0
-    side.changed = NUMBER
+    side.changed, changes[0] = NUMBER, changes[0] + 1
     assert session._ask(side, time.monotonic(), context, depsgraph) == pytest.approx(sessions.REDRAW_S - 0.05)
     monkeypatch.setattr(sessions, "covers", lambda *_: True)  # by the re-lit picture
-    side.changed = NUMBER
+    side.changed, changes[0] = NUMBER, changes[0] + 1
     assert session._ask(side, time.monotonic(), context, depsgraph) == 0.0
 
 

@@ -70,7 +70,7 @@ def test_a_view_passes_over_the_evaluation_of_another_scene(blender, monkeypatch
     depsgraph = bpy.context.evaluated_depsgraph_get()
     mine = SimpleNamespace(scene=depsgraph.scene, view_layer=depsgraph.view_layer, updates=(), mode="VIEWPORT")
     other = SimpleNamespace(scene=SimpleNamespace(session_uid=-1), view_layer=depsgraph.view_layer, mode="VIEWPORT")
-    space = SimpleNamespace(local_view=None, use_local_collections=False)
+    space = SimpleNamespace(local_view=None, use_local_collections=False, as_pointer=lambda: 1)
     context, session = SimpleNamespace(space_data=space), sessions.ViewSession(lambda: None)
     stages._evaluated(None, other)
     session.update(context, mine)

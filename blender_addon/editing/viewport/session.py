@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from spectral_core.errors import SpectralError
 from spectral_core.render.live.link import COARSEST, LiveLink
 from spectral_core.render.live.messages import Shown
-from spectral_core.render.live.view import Viewpoint, ViewRequest
+from spectral_core.render.live.view import ViewRequest
 from spectral_core.scene import Camera, Film, Scene
-from spectral_core.scene.look import Look
 
 from ... import jobs
 from ...properties.hooks import Topic, ignore, listen
@@ -27,14 +26,14 @@ from ...translate.camera import pixel_filter_of
 from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Forbidden, Unfinished
 from ...translate.viewport.look import look_of
-from ...translate.viewport.shown import shown_by, shows_a_part
+from ...translate.viewport.shown import part_shown_by, shown_by, shows_a_part
 from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..dial.picture import covers
 from ..palette.picture import look_at, shown_in
 from ..pauses import pause, paused_seconds
 from . import freed, previews, stages
-from .patience import Patience
+from .sides import Side
 from .stages import Stage
 
 REDRAW_S = 0.08
@@ -69,24 +68,6 @@ class Picture:
     matrix: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
 
 
-@dataclass
-class _Side:
-    """One picture of a view: the whole of it, or the side of a split one."""
-
-    name: str
-    look: Look = field(default_factory=Look)
-    shown_look: Look = field(default_factory=Look)
-    """That of the latest picture, which may still be one under another light."""
-    since: int = 0
-    """Generation of the first request with the present scene."""
-    key: tuple[Any, ...] = ()
-    viewpoint: Viewpoint | None = None
-    generation: int = 0
-    changed: frozenset[str] = frozenset(("scene",))
-    """What has changed since the latest request: fields of the scene; none if only the view did."""
-    patience: Patience = field(default_factory=Patience)
-
-
 class ViewSession:
     """The view of one engine. ``redraw``: requests a redraw from Blender; called from another thread."""
 
@@ -94,7 +75,7 @@ class ViewSession:
         self.name = f"view {next(_names)}"
         self._redraw = redraw
         self._stage = ""
-        self._sides: list[_Side] = []
+        self._sides: list[Side] = []
         self._trouble = ""
         self._is_unfinished = False
         self.needs_update = False
@@ -141,18 +122,25 @@ class ViewSession:
         self._sides = self._sides[: len(looks)]
         for number, look in enumerate(looks):
             if number == len(self._sides):
-                self._sides.append(_Side(f"{self.name}.{number}"))
+                self._sides.append(Side(f"{self.name}.{number}", number))
             side = self._sides[number]
             side.look = look
-            side.changed |= self.link.show(self._stage_of(side), look.on(scene))
+            changed = self.link.show(self._stage_of(side), look.on(scene))
+            side.changed |= changed
+            stage.changes[number] += bool(changed)
 
-    def _stage_of(self, side: _Side) -> str:
+    def _stage_of(self, side: Side) -> str:
         """The left sides of all views show one scene, the right sides another."""
-        return f"{self._stage}.{side.name.rpartition('.')[2]}"
+        return f"{self._stage}.{side.number}"
+
+    @property
+    def _changes(self) -> list[int]:
+        return _stages[self._stage].changes
 
     def _enter(self, context: Any, depsgraph: Any) -> str:
         """The stage of this view, shared by all views with the same objects."""
-        own = f"/{self.name}" if shows_a_part(context.space_data) else ""
+        space = context.space_data
+        own = f"/{space.as_pointer()}" if shows_a_part(space) else ""  # the four views of a quad view have one space
         stage = f"{depsgraph.scene.session_uid}/{depsgraph.view_layer.name}{own}"
         if stage != self._stage:
             self.leave()
@@ -168,12 +156,12 @@ class ViewSession:
             transparent_glass=bool(cycles_settings(source, "film_transparent_glass", False)), **pixel_filter_of(source),
         )  # fmt: skip
         camera = Camera(world_from_camera=np.eye(4))  # the camera of a view is part of each request for a picture
-        scene = translate_scene(
-            depsgraph, film=film, seen_from=camera, shows=shown_by(space), kept=stage.kept, designed=stage.designed
-        )
-        if shows_a_part(space):
-            stage.kept.walk = None  # Blender does not report which objects such a view shows
-        return scene
+        stage.show_part(part_shown_by(space))
+        if stage.scene is None:
+            stage.scene = translate_scene(
+                depsgraph, film=film, seen_from=camera, shows=shown_by(space), kept=stage.kept, designed=stage.designed
+            )
+        return stage.scene
 
     def look(self, context: Any, depsgraph: Any) -> list[Picture]:
         """The pictures to draw now, from left to right; requests new ones if anything has changed."""
@@ -215,15 +203,15 @@ class ViewSession:
                 if left > 0:
                     self.link.wait(side.name, side.generation, left, level)
 
-    def _picture(self, side: _Side) -> Picture:
+    def _picture(self, side: Side) -> Picture:
         shown = self.link.latest(side.name)
         is_current = shown is not None and shown.frame.generation >= side.generation
-        if shown is None or (not side.changed and shown.frame.generation >= side.since):
+        if shown is None or (not side.is_behind(self._changes) and shown.frame.generation >= side.since):
             side.shown_look = side.look
         seen = replace(side.shown_look, exposure_stops=side.look.exposure_stops)  # the exposure of a picture at hand
         return Picture(shown, is_current, self.link.trouble(side.name), seen.picture_matrix)
 
-    def _ask(self, side: _Side, began: float, context: Any, depsgraph: Any) -> float:
+    def _ask(self, side: Side, began: float, context: Any, depsgraph: Any) -> float:
         """Request a new picture of a side if it would differ from the last; the time from ``began`` to wait for it."""
         space, region = context.space_data, context.region
         camera = space.camera if space.use_local_camera and space.camera else depsgraph.scene.camera
@@ -236,18 +224,22 @@ class ViewSession:
         part = None if border is None else pixels_of(border, size)
         denoise = depsgraph.scene.spectral.viewport.denoise and not jobs.missing_denoiser()
         key = (*size, samples, exposure, stage, part, denoise)
-        if key == side.key and viewpoint.same_as(side.viewpoint) and not side.changed:
+        is_same, is_behind = key == side.key and viewpoint.same_as(side.viewpoint), side.is_behind(self._changes)
+        if is_same and not is_behind:
             return 0.0
         request = ViewRequest(stage, viewpoint, *size, samples, 0, exposure, part, denoise)
         side.generation = self.link.look(side.name, request, self._redraw)
-        if side.changed:
+        if is_behind:
             side.since = side.generation
         wait_s = 0.0
-        # the first drawing of a view, or of a second side, compiles its shaders; a covered picture is not seen
-        if side.key and self.drawings and not covers(context, depsgraph.scene, camera):
+        # The first drawing of a view, or of a second side, compiles its shaders; a covered picture is not seen. Of the
+        # views of a scene the one that has changed it waits.
+        is_waiting = side.changed or not is_same
+        if is_waiting and side.key and self.drawings and not covers(context, depsgraph.scene, camera):
             longest = (BUSY_REDRAW_S if jobs.process.is_busy else REDRAW_S) - max(self.drawings)
             wait_s = side.patience.wait_s(side.generation, side.changed, began, longest)
         side.key, side.viewpoint, side.changed = key, viewpoint, frozenset()
+        side.changes = self._changes[side.number]
         return wait_s
 
     def fail(self, text: str) -> None:

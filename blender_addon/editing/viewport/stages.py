@@ -11,6 +11,8 @@ from typing import Any
 
 import bpy
 
+from spectral_core.scene import Scene
+
 from ...compat import working_space
 from ...translate.shading import images
 from ...translate.viewport.kept import Kept
@@ -33,6 +35,8 @@ class Stage:
 
     ``users``: names of the views. ``epoch``, ``frame``, ``designed``: exchanges of data, frame and palette of ``kept``.
     ``evaluation``: round and edits of the last evaluation, ``told``: the views that have told of it.
+    ``part``: the objects that the views show, as ``part_shown_by``. ``scene``: the complete translation of the last
+    evaluation, None until it is made. ``changes``: number of changes of the scenes of left and right sides so far.
     """
 
     kept: Kept = field(default_factory=Kept)
@@ -42,6 +46,9 @@ class Stage:
     designed: Mapping[int, Any] = field(default_factory=dict)
     evaluation: Any = None
     told: set[str] = field(default_factory=set)
+    part: Any = None
+    scene: Scene | None = None
+    changes: list[int] = field(default_factory=lambda: [0, 0])
 
     def keep_up(self, depsgraph: Any, designed: Mapping[int, Any] = NOTHING, view: str = "") -> None:
         """Drop the parts that edits have changed, and all parts if Blender does not report the changes.
@@ -51,6 +58,7 @@ class Stage:
         """
         source = depsgraph.scene
         is_undone = False
+        is_known = self._is_told_again(depsgraph.updates, view)
         epoch, frame = (*_epochs, working_space(bpy.data)), (source.frame_current, source.frame_subframe)
         if self.epoch is None or epoch[1:] != self.epoch[1:]:
             self.kept.clear()
@@ -59,14 +67,22 @@ class Stage:
             self.kept.undone(images.exchanged(self.kept.images, bpy.data.images))
         elif frame != self.frame:
             self.kept.other_frame(images.moving(bpy.data.images))
-        self.epoch, self.frame = epoch, frame
-        self.kept.forget_images(images.outdated(self.kept.images, bpy.data.images))
-        # after an undo Blender may report all data, images too, of which only the exchanged ones must be read again
-        if not self._is_told_again(depsgraph.updates, view) and not is_undone:
-            self.kept.forget(depsgraph.updates)
+        freed = images.outdated(self.kept.images, bpy.data.images)
         before, self.designed = self.designed, designed
-        keys = before.keys() | designed.keys()
-        self.kept.redesign({key for key in keys if before.get(key) is not designed.get(key)})
+        redesigned = {key for key in before.keys() | designed.keys() if before.get(key) is not designed.get(key)}
+        if not is_known or freed or redesigned or (epoch, frame) != (self.epoch, self.frame):
+            self.scene = None
+        self.epoch, self.frame = epoch, frame
+        self.kept.forget_images(freed)
+        # after an undo Blender may report all data, images too, of which only the exchanged ones must be read again
+        if not is_known and not is_undone:
+            self.kept.forget(depsgraph.updates)
+        self.kept.redesign(redesigned)
+
+    def show_part(self, part: Any) -> None:
+        """Set the objects that the next translation shows; if they are others, it needs another walk over them."""
+        if part != self.part:
+            self.part, self.scene, self.kept.walk, self.kept.begun = part, None, None, None
 
     def _is_told_again(self, updates: Any, view: str) -> bool:
         """True if another view has told of the same evaluation in this round, and this one has not."""

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import bpy
+
 SWITCHES = {
     "MESH": "mesh", "CURVE": "curve", "SURFACE": "surf", "META": "meta", "FONT": "font", "CURVES": "curves",
     "POINTCLOUD": "pointcloud", "VOLUME": "volume", "LIGHT": "light",
@@ -16,6 +18,17 @@ SWITCHES = {
 def shows_a_part(space: Any) -> bool:
     """True if a view may hide objects that other views show."""
     return _is_local(space) or bool(_hidden_types(space))
+
+
+def part_shown_by(space: Any) -> tuple[set[str], set[int]] | None:
+    """What decides which objects a view shows: hidden types, and the session numbers of the objects in its local view.
+
+    None for a view that shows all. Blender does not report a change of it.
+    """
+    if not shows_a_part(space):
+        return None
+    local = bpy.data.objects if _is_local(space) else ()
+    return _hidden_types(space), {obj.session_uid for obj in local if obj.visible_in_viewport_get(space)}
 
 
 def shown_by(space: Any) -> Callable[[Any], bool]:
