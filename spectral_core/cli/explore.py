@@ -17,8 +17,6 @@ from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 
-DRAWN = 8
-"""Variables of a figure that names none."""
 ERRORS = ("rmse", "delta_e_mean", "flip")
 """Columns of error against time where none are named."""
 
@@ -188,19 +186,20 @@ def _weights(words: list[str] | None) -> dict[str, float]:
 
 
 def _figures(arguments: argparse.Namespace, table: Any) -> None:
+    from spectral_core.explore.page.build import shown_at_first
     from spectral_core.explore.page.static import draw_error_against_time, draw_matrix
+    from spectral_core.explore.sweep.cinema import is_file_column
 
     columns = dict(table.columns)
     if arguments.figure:
-        known = [name for name in columns if not name.upper().startswith("FILE")]
-        shown = arguments.columns or known[:DRAWN]
+        shown = arguments.columns or shown_at_first(table)
         logarithmic = [name for name, about in table.about.items() if about.get("log")]
         drawn = draw_matrix(arguments.figure, columns, shown, color=arguments.color, logarithmic=logarithmic)
         print(f"wrote {drawn}")
-        if not arguments.columns and len(known) > DRAWN:
-            print(
-                f"note: it shows the first {DRAWN} of {len(known)} variables; --columns names others: {known[DRAWN:]}"
-            )
+        others = [name for name in columns if not is_file_column(name) and name not in shown]
+        if not arguments.columns and others:
+            print(f"note: {arguments.figure} shows {len(shown)} of {len(shown) + len(others)} variables; name others "
+                  f"with --columns: {', '.join(others)}")  # fmt: skip
     if arguments.error_time:
         errors = arguments.columns or [name for name in ERRORS if name in columns]
         if not errors:
