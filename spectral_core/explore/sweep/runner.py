@@ -59,6 +59,8 @@ class SweepReport:
     """Why the pictures were not compared with the reference of the document; "" if they were, or it names none."""
     not_computed: dict[str, str] = field(default_factory=dict)
     """Why columns of the document's expressions are empty or absent, by name."""
+    not_finite: dict[str, int] = field(default_factory=dict)
+    """At how many points a value was infinite or not a number, so that the table has no number there, by column."""
 
     def reasons(self) -> list[tuple[str, int]]:
         """Reasons of failures and how many points each has, most first."""

@@ -179,6 +179,7 @@ class Sweep:
         if not report.cancelled:  # the columns of a comparison come last
             wrong = self.store.not_computed
             report.not_computed = {name: wrong[name] for name in self.document.expressions if name in wrong}
+            report.not_finite = self.store.not_finite(plan.keys)
         return report
 
     def compare(self, reference: dict[str, Any]) -> None:
