@@ -15,6 +15,7 @@ from typing import Any
 
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
+from spectral_core.documents.toml import toml_text
 from spectral_core.errors import InvalidInputError
 
 ERRORS = ("rmse", "delta_e_mean", "flip")
@@ -63,7 +64,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--sensitivity", metavar="NAME", help="rank the parameters by their effect on a column")
     parser.add_argument("--propose", metavar="NAME", help="say which point to render next to make a column small")
     parser.add_argument(
-        "--region", nargs=2, metavar=("COLUMN", "VALUE"), help="print the region around rows with a label"
+        "--region",
+        nargs=2,
+        metavar=("COLUMN", "VALUE"),
+        help="print the region around rows with a label, for a sweep file",
     )
     parser.add_argument("--serve", action="store_true", help="serve the page with live actions until Ctrl-C")
     parser.add_argument("--port", type=int, default=0, help="port of --serve; a free one by default")
@@ -161,7 +165,7 @@ def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
         print(f"next: {json.dumps(result['proposal'])}")
     if arguments.region:
         result["region"] = steps.region_of_label(store, *arguments.region)
-        print(json.dumps(result["region"]))
+        print(toml_text({"region": result["region"]}), end="")
     if not store.ledger.is_read_only:
         store.write_table()
     for name, reason in store.not_computed.items():
