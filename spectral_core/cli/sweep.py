@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compute the listed but missing points of the folder, such as points added by its page",
     )
-    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that stay warm (default 1)")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that compute points (default 1)")
     parser.add_argument("--retry", action="store_true", help="try points again that were set aside")
     elsewhere = parser.add_mutually_exclusive_group()
     elsewhere.add_argument("--dask", metavar="tcp://HOST:PORT", help="compute on a running dask cluster")

@@ -86,7 +86,7 @@ def run_sweep(
     store : the store; its points are entered already.
     node : computes a point; it has the fingerprint of the store's project.
     keys : only these rows; all by default.
-    executor : computes the points; ``workers`` warm processes by default.
+    executor : computes the points; ``workers`` processes that keep loaded data by default.
     workers : number of processes where no executor is given.
     in_flight : points handed out at once; by default twice the workers of the executor, if it reports them.
     linear : also store linear pictures (EXR).

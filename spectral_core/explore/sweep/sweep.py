@@ -162,7 +162,7 @@ class Sweep:
         Parameters
         ----------
         plan : of ``plan()``.
-        executor : computes the points; ``workers`` warm processes by default.
+        executor : computes the points; ``workers`` processes that keep loaded data by default.
         workers : how many.
         on_progress, should_stop : as for ``run_sweep``.
         options : passed on to ``run_sweep``.

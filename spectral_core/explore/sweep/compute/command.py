@@ -123,7 +123,7 @@ class CommandNode:
 
     def describe(self) -> list[str]:
         """Sentences for the plan of a run."""
-        return [f"runs {self.words[0]} once per point, without a shell; nothing stays warm between points"]
+        return [f"runs {self.words[0]} once per point, without a shell; nothing stays loaded between points"]
 
 
 @contextmanager
