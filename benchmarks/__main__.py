@@ -48,7 +48,7 @@ def main(arguments: list[str] | None = None) -> int:
             print(f"{name:28} {_description(file)}")
         return 0
     if given.name not in modules:
-        print(f"no benchmark is named {given.name!r}; known: {', '.join(modules)}", file=sys.stderr)
+        print(UnknownNameError.among("benchmark", given.name, modules), file=sys.stderr)
         return 2
     file = modules[given.name]
     module = importlib.import_module(f"benchmarks.{file.parent.name}.{file.stem}")

@@ -26,8 +26,8 @@ LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
 def scene_light(scene: Scene) -> Illuminant:
     """The total spectrum of the scene's lights, by their power; daylight if none has a spectrum.
 
-    A light that the eye does not see, such as an infrared one, adds nothing, and neither does one of negative power:
-    alone, such lights have no color.
+    A light that the eye does not see, such as an infrared one, and a light of negative power add nothing: alone, such
+    lights have no color.
     """
     together: np.ndarray = np.zeros(LIGHT_GRID.size)
     for each in scene.objects:

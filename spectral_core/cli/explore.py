@@ -15,10 +15,9 @@ from typing import Any
 
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
+from spectral_core.documents.toml import toml_text
 from spectral_core.errors import InvalidInputError
 
-DRAWN = 8
-"""Variables of a figure that names none."""
 ERRORS = ("rmse", "delta_e_mean", "flip")
 """Columns of error against time where none are named."""
 
@@ -65,7 +64,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--sensitivity", metavar="NAME", help="rank the parameters by their effect on a column")
     parser.add_argument("--propose", metavar="NAME", help="say which point to render next to make a column small")
     parser.add_argument(
-        "--region", nargs=2, metavar=("COLUMN", "VALUE"), help="print the region around rows with a label"
+        "--region",
+        nargs=2,
+        metavar=("COLUMN", "VALUE"),
+        help="print the region around rows with a label, for a sweep file",
     )
     parser.add_argument("--serve", action="store_true", help="serve the page with live actions until Ctrl-C")
     parser.add_argument("--port", type=int, default=0, help="port of --serve; a free one by default")
@@ -163,7 +165,7 @@ def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
         print(f"next: {json.dumps(result['proposal'])}")
     if arguments.region:
         result["region"] = steps.region_of_label(store, *arguments.region)
-        print(json.dumps(result["region"]))
+        print(toml_text({"region": result["region"]}), end="")
     if not store.ledger.is_read_only:
         store.write_table()
     for name, reason in store.not_computed.items():
@@ -188,19 +190,20 @@ def _weights(words: list[str] | None) -> dict[str, float]:
 
 
 def _figures(arguments: argparse.Namespace, table: Any) -> None:
+    from spectral_core.explore.page.build import shown_at_first
     from spectral_core.explore.page.static import draw_error_against_time, draw_matrix
+    from spectral_core.explore.sweep.cinema import is_file_column
 
     columns = dict(table.columns)
     if arguments.figure:
-        known = [name for name in columns if not name.upper().startswith("FILE")]
-        shown = arguments.columns or known[:DRAWN]
+        shown = arguments.columns or shown_at_first(table)
         logarithmic = [name for name, about in table.about.items() if about.get("log")]
         drawn = draw_matrix(arguments.figure, columns, shown, color=arguments.color, logarithmic=logarithmic)
         print(f"wrote {drawn}")
-        if not arguments.columns and len(known) > DRAWN:
-            print(
-                f"note: it shows the first {DRAWN} of {len(known)} variables; --columns names others: {known[DRAWN:]}"
-            )
+        others = [name for name in columns if not is_file_column(name) and name not in shown]
+        if not arguments.columns and others:
+            print(f"note: {arguments.figure} shows {len(shown)} of {len(shown) + len(others)} variables; name others "
+                  f"with --columns: {', '.join(others)}")  # fmt: skip
     if arguments.error_time:
         errors = arguments.columns or [name for name in ERRORS if name in columns]
         if not errors:

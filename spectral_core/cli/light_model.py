@@ -32,8 +32,12 @@ SIZES = (3, 5, 8)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("--light", action="append", default=[], metavar="NAME", help="lights to compare (D65, A, FL11)")
-    parser.add_argument("--surface", action="append", default=[], metavar="NAME", help="surfaces (the color checker)")
+    parser.add_argument(
+        "--light", action="append", default=[], metavar="NAME", help="light; repeat it for more (D65, A and FL11)"
+    )
+    parser.add_argument(
+        "--surface", action="append", default=[], metavar="NAME", help="surface; repeat it for more (the color checker)"
+    )
     parser.add_argument("--keep", default="8 nodes", metavar="MODEL", help="model to write, as the table names it")
     parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the kept model's numbers and matrices")
 

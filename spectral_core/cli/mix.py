@@ -23,7 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
     parser.add_argument("parts", nargs="+", metavar="NAME:PARTS", help="a color and how many parts of it")
     parser.add_argument("--law", choices=["paint", "additive"], default="paint", help="how they mix (paint)")
-    parser.add_argument("--light", action="append", default=[], metavar="NAME", help="lights to show it under (D65, A)")
+    parser.add_argument(
+        "--light",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="light to show it under; repeat it for more (D65 and A)",
+    )
     parser.add_argument("--out", type=Path, help="write the mixture's reflectance to this spectrum file")
 
 

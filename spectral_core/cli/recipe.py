@@ -33,13 +33,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--duv", type=float, default=0.0, help="lamp: distance from Planck's locus (0)")
     parser.add_argument("--cri", type=float, default=80.0, help="lamp: least color rendering index Ra (80)")
     parser.add_argument("--rf", type=float, help="lamp: least fidelity Rf of TM-30")
-    parser.add_argument("--rg", type=float, nargs=2, metavar=("LOW", "HIGH"), help="lamp: gamut Rg of TM-30 between")
+    parser.add_argument(
+        "--rg", type=float, nargs=2, metavar=("LOW", "HIGH"), help="lamp: least and largest gamut Rg of TM-30"
+    )
     parser.add_argument(
         "--cct-tolerance", type=float, default=0.0, metavar="K", help="lamp: kelvin that the white may be off"
     )
     parser.add_argument("--duv-tolerance", type=float, default=0.0, metavar="D", help="lamp: Duv that it may be off")
     parser.add_argument("--target", metavar="NAME", help="material: the wanted reflectance")
-    parser.add_argument("--light", action="append", default=[], metavar="NAME", help="material: lights (D65 and A)")
+    parser.add_argument(
+        "--light", action="append", default=[], metavar="NAME", help="material: light; repeat it for more (D65 and A)"
+    )
     parser.add_argument("--paper", metavar="NAME", help="inks and filters: reflectance underneath (perfect white)")
     parser.add_argument("--dot-gain", type=float, default=2.0, metavar="N", help="inks: n of Yule and Nielsen (2)")
     parser.add_argument("--grams", type=float, default=100.0, help="paints: grams of the mixture (100)")

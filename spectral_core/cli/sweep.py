@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compute the listed but missing points of the folder, such as points added by its page",
     )
-    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that stay warm (default 1)")
+    parser.add_argument("--workers", type=int, default=1, metavar="N", help="processes that compute points (default 1)")
     parser.add_argument("--retry", action="store_true", help="try points again that were set aside")
     elsewhere = parser.add_mutually_exclusive_group()
     elsewhere.add_argument("--dask", metavar="tcp://HOST:PORT", help="compute on a running dask cluster")
@@ -129,11 +129,14 @@ def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]
         print(f"the points are not compared with the reference: {report.not_compared}", file=sys.stderr)
     for name, reason in report.not_computed.items():
         print(f"the column {name!r} is not computed: {reason}", file=sys.stderr)
+    for name, count in report.not_finite.items():
+        rows = f"{count} of {len(plan.keys)} points"
+        print(f"note: {name!r} is infinite or not a number at {rows}; the table has no number there", file=sys.stderr)
     return {
         "computed": report.computed, "recovered": report.recovered, "seconds": round(report.seconds, 3),
         "computing_seconds": round(report.computing_seconds, 3), "failed": len(report.failures),
         "failures": report.failures, "cancelled": report.cancelled, "not_compared": report.not_compared,
-        "not_computed": report.not_computed,
+        "not_computed": report.not_computed, "not_finite": report.not_finite,
     }  # fmt: skip
 
 

@@ -49,8 +49,8 @@ class Measure:
     ``bands``: spectral channels (makes the transport spectral). ``groups``: one render per light group, all with the
     paths of the whole scene, so that they add up to it; a tuple of names renders those alone. ``sampling_lights``:
     lights whose wavelengths are drawn most often; None for the scene's own. Renders with equal seeds and equal
-    ``sampling_lights`` trace the same paths, however bright their lights are; so do groups. ``movable``: objects can be
-    moved in the loaded scene, and its lamps are Mitsuba's emitters.
+    ``sampling_lights`` trace the same paths, however bright their lights are; renders of groups
+    do so, too. ``movable``: objects can be moved in the loaded scene, and its lamps are Mitsuba's emitters.
     """
 
     bands: Bands | None = None

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, palette_matrix
-from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, Quadrature
+from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, quadratures_of
 from spectral_core.volume.march.rules import Rule
 from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db
 from spectral_core.volume.pilot_rounding import beside
@@ -110,7 +110,7 @@ class Pilot:
         self.count = len(x)
         self.pixels = (renderer.types.Float(x), renderer.types.Float(y))
         self._tried: dict[Stepping, Trial] = {}
-        quadrature: Quadrature = "midpoint" if transfer.uses_gradient else "preintegrated"
+        quadrature = quadratures_of(transfer.uses_gradient)[-1]
         made = refined_reference(lambda way: self._march(way, REFERENCE)[0], quadrature, quality_db + 6.0)
         near_x, near_y, smaller_db = beside(view, renderer.volume, x, y)
         near = (renderer.types.Float(near_x), renderer.types.Float(near_y))

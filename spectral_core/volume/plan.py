@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from spectral_core.checks import require_range
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import UnknownNameError
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.march.march_input import QUADRATURES, Quadrature
+from spectral_core.volume.march.march_input import QUADRATURES, Quadrature, no_integrals, quadratures_of
 from spectral_core.volume.march.rules import RULES, Rule
 from spectral_core.volume.pilot import MOST_RAYS, PILOT_RAYS, Pilot, RayTracer, Trial
 from spectral_core.volume.transfer import TransferFunction
@@ -109,11 +109,9 @@ def plan(
     """
     start = time.perf_counter()
     quality = require_range("quality", quality_db, 10.0, 90.0, " dB")
-    ways = _ways(rule, quadrature)
-    if transfer.uses_gradient:  # such a function has no table of running integrals
-        ways = [way for way in ways if way.quadrature == "midpoint"]
-        if not ways:
-            raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
+    ways = [way for way in _ways(rule, quadrature) if way.quadrature in quadratures_of(transfer.uses_gradient)]
+    if not ways:
+        raise no_integrals()
     pilot = Pilot(renderer, view, transfer, quality)
     trials = _tried(pilot, ways, quality)
     pilot, best = _stated(pilot, pilot.solve(_choose(trials, quality).stepping, quality, _CHOSEN_DB), quality)

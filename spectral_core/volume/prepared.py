@@ -7,14 +7,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.bricks import BrickStatistics
 from spectral_core.volume.march.device import DeviceVolume
 from spectral_core.volume.march.device_grid import DeviceGrid
 from spectral_core.volume.march.device_table import DeviceTable
-from spectral_core.volume.march.march_input import USUAL, Limits, MarchInput
+from spectral_core.volume.march.march_input import USUAL, Limits, MarchInput, no_integrals, quadratures_of
 from spectral_core.volume.march.ranges import RangeTables
 from spectral_core.volume.march.rules import Rule, step_grid
 from spectral_core.volume.march.tables import TransferTable, tabulate
@@ -64,8 +63,8 @@ class PreparedTransfer:
         import drjit as dr
 
         with_integrals = stepping.quadrature == "preintegrated"
-        if self.gradient and with_integrals:
-            raise InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
+        if stepping.quadrature not in quadratures_of(self.gradient is not None):
+            raise no_integrals()
         types, volume = self.field.types, self.field.device_volume
         if with_integrals not in self._tables:
             self._tables[with_integrals] = DeviceTable(types, self.table, volume, integrals=with_integrals)

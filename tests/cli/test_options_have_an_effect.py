@@ -150,6 +150,7 @@ class Report:
     cancelled = False
     not_compared = ""
     not_computed: dict[str, str] = {}
+    not_finite: dict[str, int] = {}
 
     def __init__(self, _sweep: Any, _plan: Any, *, workers: int, **_options: Any) -> None:
         self.workers = workers

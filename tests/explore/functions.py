@@ -66,3 +66,8 @@ def named_like_columns(a: float, b: float) -> dict[str, object]:
     """Values with the names of columns that analyses add, and a picture."""
     values = {"rmse": 7.0, "embed_1": 5.0, "cluster": 3.0, "distance": 2.0}
     return {**{name: value + a for name, value in values.items()}, "image": np.full((4, 4, 3), a)}
+
+
+def ratio(a: float, b: float) -> dict[str, float]:
+    """A ratio that is infinite for b below 0.5."""
+    return {"sum": a + b, "ratio": a / b if b > 0.5 else float("inf")}

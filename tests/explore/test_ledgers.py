@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sqlite3
 import subprocess
 import sys
@@ -70,6 +71,39 @@ def test_a_sweep_without_finished_points_is_continued(finished: Path) -> None:
     assert main(["sweep", "sweep.toml", "--json"]) == 0
     with Store.open(finished) as store:
         assert len(store.ledger.rows("done")) == 5
+
+
+ONE = "WHERE key = (SELECT key FROM points WHERE ordinal = 3)"
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (f"UPDATE points SET outcome = '{{oops' {ONE}", "outcome of point"),
+        (f"UPDATE points SET outcome = '[1, 2]' {ONE}", "is a list; expected an object"),
+        (f"UPDATE points SET outcome = '{{\"sum\": [1, 2]}}' {ONE}", r"has sum = \[1, 2\]"),
+        (f"UPDATE points SET parameters = '7' {ONE}", "parameters of point"),
+        (f"UPDATE points SET parameters = '{{\"a\": null}}' {ONE}", "has a = None"),
+        (f"UPDATE points SET files = '{{\"FILE\": 3}}' {ONE}", "has FILE = 3"),
+        (f"UPDATE points SET seconds = 'long' {ONE}", "took 'long' seconds"),
+        (f"UPDATE points SET ordinal = 'first' {ONE}", "the ordinal 'first'"),
+        (f"UPDATE points SET key = '../../other' {ONE}", "the key '../../other'"),
+        ("INSERT INTO manual SELECT key, 'mark', 'oops' FROM points", "mark of point"),
+        ("INSERT INTO manual SELECT key, 'mark', '[3]' FROM points", r"has mark = \[3\]"),
+    ],
+)
+def test_a_ledger_that_was_edited_by_hand_is_refused(
+    finished: Path, capsys: pytest.CaptureFixture[str], change: str, told: str
+) -> None:
+    """Some edits ended in a traceback, others in a table of wrong rows."""
+    with sqlite3.connect(finished / "ledger.sqlite") as database:
+        database.execute(change)
+    database.close()
+    for command in (["explore", "sweep"], ["sweep", "sweep.toml"]):
+        capsys.readouterr()
+        assert main(command) == 1
+        said = capsys.readouterr().err
+        assert "ledger.sqlite is damaged: " in said and re.search(told, said), said
 
 
 WRITER = """

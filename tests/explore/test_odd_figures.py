@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.explore.checks.browser import Browser, find_browser
-from spectral_core.explore.page.build import PageTable, write_page
+from spectral_core.explore.page.build import PageTable, shown_at_first, write_page
 from spectral_core.explore.page.static import draw_error_against_factors, draw_error_against_time, draw_matrix
 
 needs_browser = pytest.mark.skipif(find_browser() is None, reason="no Chromium")
@@ -43,6 +43,55 @@ def test_a_matrix_names_categories_and_has_the_scales_of_the_parameters(tmp_path
     assert {"a$b$c", "plain"} <= texts and any("10^{" in text for text in texts)
     plain = drawn(draw_matrix(path, {**COLUMNS, "watts": [0.0, 1, 2, 3]}, ["watts", "error"], logarithmic=["watts"]))[1]
     assert not any("10^{" in text for text in plain)
+
+
+def wide_table(parameters: int, outcomes: int) -> PageTable:
+    """Columns with two values each, and a constant outcome before the others."""
+    names = [f"x{i}" for i in range(parameters)]
+    columns = {name: [0.0, 1.0] for name in names} | {"constant": [7.0, 7.0]}
+    columns |= {f"y{i}": [1.0, 2.0] for i in range(outcomes)} | {"seconds": [1.0, 3.0]}
+    about = {name: {"role": "parameter"} for name in names} | {"seconds": {"role": "time"}}
+    return PageTable("wide", f"wide {parameters} {outcomes}", columns, ["k", "l"], about)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "outcomes", "shown"),
+    [
+        (20, 20, "x0 x1 x2 x3 y0 y1 y2 y3"),
+        (20, 1, "x0 x1 x2 x3 x4 x5 x6 y0"),
+        (2, 9, "x0 x1 y0 y1 y2 y3 y4 y5"),
+        (2, 0, "x0 x1 constant"),
+    ],
+)
+def test_a_figure_shows_outcomes_beside_many_parameters(parameters: int, outcomes: int, shown: str) -> None:
+    """The first eight columns were shown: parameters alone, or constants and the time of computing."""
+    table = wide_table(parameters, outcomes)
+    assert shown_at_first(table) == shown.split()
+
+
+def test_a_figure_of_one_variable_has_the_time_beside_it() -> None:
+    assert shown_at_first(PageTable("one", "one", {"a": [1.0], "seconds": [2.0]}, ["k"], {
+        "a": {"role": "parameter"}, "seconds": {"role": "time"}})) == ["a", "seconds"]  # fmt: skip
+
+
+@needs_browser
+@pytest.mark.parametrize(("parameters", "outcomes"), [(20, 20), (20, 1), (2, 9), (2, 0)])
+def test_the_page_shows_the_variables_of_the_figure(tmp_path: Path, parameters: int, outcomes: int) -> None:
+    table = wide_table(parameters, outcomes)
+    path = write_page(tmp_path / "page.html", table)
+    with Browser(1000, 700) as page:
+        page.open(path.resolve().as_uri())
+        assert page.run("Array.from(explorer.state.columns)") == shown_at_first(table)
+        assert page.errors == []
+
+
+@pytest.mark.parametrize(("names", "upright"), [(["on", "off"], False), (["stone", "square", "stern lights"], True)])
+def test_long_names_of_categories_do_not_overlap(tmp_path: Path, names: list[str], upright: bool) -> None:
+    """Three names were written over each other."""
+    pytest.importorskip("matplotlib")
+    columns = {"kind": names, "error": list(range(len(names)))}
+    text = draw_matrix(tmp_path / "matrix.svg", columns, ["kind", "error"]).read_text()
+    assert ("rotate(-90)" in text.split(f"<!-- {names[0]} -->")[1].split("<!--")[0]) is upright
 
 
 @needs_browser

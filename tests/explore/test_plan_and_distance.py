@@ -112,3 +112,22 @@ def test_workers_without_access_to_the_folder_send_their_files(tmp_path: Path) -
             [(r.key, r.outcome, read_linear(sweep.store.folder / r.files["FILE_linear"]).tolist()) for r in rows]
         )
     assert contents[0] == contents[1]
+
+
+def test_a_printed_region_is_pasted_into_the_sweep_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was JSON, which no sweep file holds."""
+    monkeypatch.chdir(tmp_path)
+    path = sweep_file(tmp_path, budget=12)
+    assert main(["sweep", str(path)]) == 0
+    with Store.open(tmp_path / "sweep") as store:
+        small = {row.key for row in store.ledger.rows() if float(row.parameters["a"]) < 0.6}
+        store.label("mark", dict.fromkeys(small, 'a "good" one'))
+    capsys.readouterr()
+    assert main(["explore", "sweep", "--no-thumbnails", "--region", "mark", 'a "good" one']) == 0
+    printed = "\n".join(capsys.readouterr().out.splitlines()[:-1])  # the last line names the page
+    path.write_text(path.read_text().replace("budget = 12", f"budget = {len(small)}") + printed)
+    assert main(["sweep", str(path), "--plan", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (said["points"], said["new"], said["reused"]) == (len(small), 0, len(small))

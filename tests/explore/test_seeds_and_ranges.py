@@ -219,3 +219,14 @@ def test_points_of_clamped_recordings_are_not_mixed_with_those_of_others(
     said = [scene_hash(node._base()), [list(pair) for pair in node.paths], False, True]
     text = json.dumps(said, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     assert (hashlib.sha256(text.encode()).hexdigest() != node.fingerprint) is is_other
+
+
+@pytest.mark.parametrize(("kind", "count"), [("sobol", 11), ("sobol", 20), ("latin_hypercube", 20), ("sobol", 64)])
+def test_sobol_points_and_latin_hypercubes_have_as_many_parameters_as_a_sweep(kind: Any, count: int) -> None:
+    """More than 16 were refused, as those of lattices are."""
+    space = Space(tuple(Parameter(f"x{i}", -1.0, 1.0) for i in range(count)))
+    points, _ = design_points(space, RegionOfInterest(constraints=("x0 + x10 <= 1",)), Design(kind, 40))
+    values = np.array([[float(point[name]) for name in space.names] for point in points])
+    assert values.shape == (40, count) and len(np.unique(values, axis=0)) == 40
+    assert (np.abs(values) <= 1).all() and (values[:, 0] + values[:, 10] <= 1).all()
+    assert np.ptp(values, axis=0).min() > 1.5

@@ -159,3 +159,17 @@ def test_shares_that_start_after_others_were_collected_compute_the_rest(tmp_path
         assert main(["sweep", str(path), "--out", folder, "--collect"]) == 0
     with Store.open(tmp_path / "out") as store:
         assert {row.state for row in store.ledger.rows()} == {"done"} and len(store.ledger.rows()) == 9
+
+
+def test_values_that_are_not_finite_are_named_after_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Their cells were empty without a word."""
+    text = text_of_sweep(tmp_path, function="ratio", budget=6) + '[columns]\nroot = "sqrt(sum - 1)"\nhalf = "sum / 2"\n'
+    sweep, report = ran(tmp_path, text)
+    points = [row.parameters for row in sweep.store.ledger.rows()]
+    infinite = sum(float(point["b"]) <= 0.5 for point in points)
+    imaginary = sum(float(point["a"]) + float(point["b"]) < 1 for point in points)
+    assert 0 < infinite < 6 and 0 < imaginary < 6
+    assert report.not_finite == {"ratio": infinite, "root": imaginary}
+    sweep.store.close()
+    assert main(["sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]) == 0
+    assert f"'ratio' is infinite or not a number at {infinite} of 6 points" in capsys.readouterr().err

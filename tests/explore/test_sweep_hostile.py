@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spectral_core.errors import InvalidInputError, RenderError, SpectralError
+from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError, SpectralError
 from spectral_core.explore.analysis.steps import print_sensitivity, region_of_label
 from spectral_core.explore.page.live import LiveSweep
 from spectral_core.explore.page.serve import PageServer
@@ -117,6 +117,26 @@ def test_a_program_without_output_fails_and_lists_become_columns(tmp_path: Path)
     assert found["a_0"] == 1 and np.isnan(found["a_1"]) and found["b"] == "text"
     with pytest.raises(InvalidInputError, match="'a' is a dict"):
         program(tmp_path, 'print(\'{"a": {"b": 1}}\')')({"x": 0.5}, 0)
+
+
+def test_a_failed_program_is_listed_with_the_last_line_that_it_wrote(tmp_path: Path) -> None:
+    """The list of failures showed "Traceback (most recent call last):" alone."""
+    with pytest.raises(RenderError) as told:
+        program(tmp_path, "def compute(): return [][3]\ncompute()")({"x": 0.5}, 0)
+    first, *others = str(told.value).splitlines()
+    assert first.endswith("ended with status 1: IndexError: list index out of range")
+    assert others[0].startswith("Traceback") and "in compute" in str(told.value)
+    with pytest.raises(RenderError, match="ended with status 3:$"):
+        program(tmp_path, "raise SystemExit(3)")({"x": 0.5}, 0)
+
+
+def test_a_program_that_is_not_installed_ends_the_run(tmp_path: Path) -> None:
+    """Each point failed twice by itself."""
+    with pytest.raises(MissingDependencyError, match="no-such-program cannot be started.*install the program"):
+        CommandNode.of(["no-such-program", "{x}"], ONE, tmp_path)({"x": 0.5}, 0)
+    swept = CommandNode.of(["no-such-{x}"], ONE, tmp_path)
+    with pytest.raises(RenderError, match="no-such-0.5 cannot be started"):
+        swept({"x": 0.5}, 0)
 
 
 def test_a_point_fails_if_its_pictures_cannot_be_stored(tmp_path: Path) -> None:

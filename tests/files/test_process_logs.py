@@ -79,6 +79,22 @@ def test_a_program_of_a_point_ends_with_its_worker(tmp_path: Path) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.parametrize("starting", [True, False])
+def test_workers_that_are_ended_at_once_compute_no_further_point(starting: bool) -> None:
+    """A worker that was still starting when the run was stopped computed its point to the end."""
+    prelude = "import time; time.sleep(2)" if starting else ""
+    workers = pool.WorkerPool(2, prelude=prelude)
+    points = [workers.submit(time.sleep, 40.0) for _ in range(5)]
+    while not points[1].running() or not (starting or len(workers.process_ids()) == 2):
+        time.sleep(0.01)
+    began = time.monotonic()
+    workers.shutdown(wait=False)
+    assert time.monotonic() - began < 10
+    assert not workers.process_ids()
+    assert all(point.done() for point in points)
+    assert all(point.cancelled() or isinstance(point.exception(), pool.WorkerDied) for point in points)
+
+
 def _runs(number: int) -> bool:
     """True for a process that has not ended, also if its parent has not collected it."""
     try:

@@ -98,7 +98,7 @@ def _after_undo(*_: object) -> None:
 def _undone(scene: bpy.types.Scene) -> None:
     """Blender stores an undo step before the timer has solved, so a step may contain new targets with older results.
 
-    A step with its own results keeps them, and so does a table that is not live; the picture shows them.
+    A step with its own results, or a table that is not live, keeps its results; the picture shows them.
     """
     palette = scene.spectral.palette
     for solver in (SOLVES, FINISHES):

@@ -66,8 +66,8 @@ def designed(entry: PropertyGroup, level: float) -> tuple[Spectrum, float]:
 def store_colors(target: ID) -> None:
     """Give a material or light the color of its spectrum, which Solid mode and EEVEE show.
 
-    A material gets its color under D65; a light that of its own light, at the luminance of white. Linked inputs stay
-    unchanged, and so do worlds. A color outside of sRGB is replaced by the nearest without negative channels.
+    A material gets its color under D65; a light that of its own light, at the luminance of white. Linked inputs
+    and worlds stay unchanged. A color outside of sRGB is replaced by the nearest without negative channels.
     """
     if not isinstance(target, (bpy.types.Light, bpy.types.Material)):
         return

@@ -25,7 +25,7 @@ PICTURES = "pictures"
 
 
 def features_of(store: Store, names: Sequence[str] | None) -> NDArray[np.float64]:
-    """Features (rows, k) of finished rows: the named columns, by default all results; "pictures" adds the pictures."""
+    """Features (rows, k) of finished rows: the named columns, or all numeric outcomes; "pictures" adds the pictures."""
     columns = store.columns()
     if not names:
         skip = {*store.project.space.names, *store.ledger.manual(), "key", TIMING_COLUMN}
@@ -36,7 +36,7 @@ def features_of(store: Store, names: Sequence[str] | None) -> NDArray[np.float64
     if PICTURES in names:
         parts.append(picture_features(store, [row.files for row in store.ledger.rows("done")]))
     if not parts:
-        raise InvalidInputError("the sweep has no numeric results; name features with --columns")
+        raise InvalidInputError("the sweep has no numeric outcomes; name features with --columns")
     return np.concatenate(parts, axis=1)
 
 
@@ -49,7 +49,7 @@ def add_embedding(store: Store, variant: Variant, names: Sequence[str] | None = 
 
 
 def add_clusters(store: Store, count: int, names: Sequence[str] | None = None) -> None:
-    """Add the column cluster, of texts a, b, c, …"""
+    """Add the column cluster, of texts "cluster 1", "cluster 2", …"""
     numbers = cluster(features_of(store, names), count)
     keys = store.columns()["key"]
     texts = [f"cluster {number + 1}" for number in numbers]

@@ -167,8 +167,7 @@ class Board:
     def motors(self, time: float) -> tuple[tuple[Control, float], ...]:
         """Motors to move, with their positions: those of targets that changed by other means.
 
-        A touched fader gets no message, and neither does one that is already in position, so no feedback loop can
-        start.
+        A touched fader, or one that is already in position, gets no message, so no feedback loop can start.
         """
         self._settle()
         to_send = []

@@ -25,6 +25,8 @@ THUMBNAIL = 56
 PER_ROW, PER_SHEET = 20, 400
 MOST_THUMBNAILS = 4000
 MOST_ROWS = 200_000
+MOST_SHOWN = 8
+"""Variables that a figure shows if none are named; the page has the same number and rule in ``script/state.js``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +66,29 @@ def table_of_folder(folder: str | Path) -> PageTable:
     if len(set(keys)) < len(keys):
         keys = [str(number) for number in range(len(rows))]
     return PageTable(folder.stem, folder.stem, columns, keys, {}, folder)
+
+
+def shown_at_first(table: PageTable) -> list[str]:
+    """The variables of a figure that names none: parameters, then outcomes that vary.
+
+    Parameters leave room for outcomes, up to half of it: without outcomes the plots show only the sampling design.
+    A single variable has the time beside it, because a plot needs two.
+    """
+    roles = {name: table.about.get(name, {}).get("role", "value") for name in table.columns if not is_file_column(name)}
+    parameters = [name for name, role in roles.items() if role == "parameter"]
+    outcomes = [name for name, role in roles.items() if role not in ("parameter", "time")]
+    rest = [name for name in outcomes if _varies(table.columns[name])] or outcomes
+    shown = [*parameters[: MOST_SHOWN - min(len(rest), MOST_SHOWN // 2)], *rest][:MOST_SHOWN]
+    return shown if len(shown) > 1 else [*shown, *(name for name, role in roles.items() if role == "time")]
+
+
+def _varies(values: Sequence[Any]) -> bool:
+    """True if a column has more than one value, beyond rounding."""
+    column = as_column(values)
+    if column.dtype.kind == "U":
+        return len(set(column)) > 1
+    known = column[~np.isnan(column)]
+    return bool(known.size and (np.abs(known - known[0]) > 1e-12 * max(1.0, abs(known[0]))).any())
 
 
 def page_html(table: PageTable, *, thumbnails: bool = True, live: bool = False) -> str:
@@ -107,7 +132,7 @@ def write_page(target: Path, table: PageTable, **options: Any) -> Path:
 
 def _packed(name: str, values: Sequence[Any], about: Mapping[str, Any]) -> dict[str, Any]:
     column = as_column(values)
-    entry: dict[str, Any] = {"name": name, "role": "value", "unit": "", "group": "results", "log": False, **about}
+    entry: dict[str, Any] = {"name": name, "role": "value", "unit": "", "group": "outcomes", "log": False, **about}
     if column.dtype.kind == "U":
         return entry | {"kind": "text", "texts": [str(value)[:200] for value in column]}
     return entry | {"kind": "number", "packed": _encoded(column, exact=entry["role"] == "parameter")}

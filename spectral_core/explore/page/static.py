@@ -16,6 +16,8 @@ from spectral_core.files.whole import whole_file
 ENDINGS = (".png", ".svg", ".pdf")
 MOST_TEXTS = 12
 """Categories that an axis names."""
+MOST_CHARACTERS = 16
+"""Of a category's name; also of all names of an x axis together, beyond which they stand upright."""
 
 
 def draw_matrix(
@@ -178,7 +180,9 @@ def _scaled(axis: Any, texts: Sequence[str], is_log: bool) -> None:
         axis.axes.set(**{f"{axis.axis_name}scale": "log"})
     elif texts:
         step = -(-len(texts) // MOST_TEXTS)
-        axis.set_ticks(range(0, len(texts), step), [_plain(text[:16]) for text in texts[::step]])
+        labels = [_plain(text[:MOST_CHARACTERS]) for text in texts[::step]]
+        upright = axis.axis_name == "x" and len(labels) * max(map(len, labels)) > MOST_CHARACTERS
+        axis.set_ticks(range(0, len(texts), step), labels, rotation=90 if upright else 0)
         axis.axes.set(**{f"{axis.axis_name}lim": (-0.5, len(texts) - 0.5)})
 
 

@@ -67,6 +67,7 @@ class WorkerPool(Executor):
         self._tasks: deque[_Task] = deque()
         self._wake = threading.Condition()
         self._closed = False
+        self._abandoned = False
         self.workers = max(1, int(workers))
         self._slots = [threading.Thread(target=self._serve, args=(i,), daemon=True) for i in range(self.workers)]
         self._processes: list[_Process | None] = [None] * self.workers
@@ -86,21 +87,21 @@ class WorkerPool(Executor):
 
     def process_ids(self) -> list[int]:
         """Process ids of the workers that run."""
-        return [each.process.pid for each in self._processes if each is not None and each.alive]
+        return [each.process.pid for each in self._processes if each is not None and each.ready and each.alive]
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the workers: after their tasks, or at once where ``wait`` is False."""
         with self._wake:
             self._closed = True
+            self._abandoned = self._abandoned or not wait
             if cancel_futures or not wait:
                 for task in self._tasks:
                     task.future.cancel()
                 self._tasks.clear()
             self._wake.notify_all()
-        if not wait:
-            for process in self._processes:
-                if process is not None:
-                    process.end()
+            processes = [each for each in self._processes if each is not None] if not wait else []
+        for process in processes:
+            process.end()
         for slot in self._slots:
             slot.join()
 
@@ -140,21 +141,30 @@ class WorkerPool(Executor):
 
     def _running(self, index: int) -> _Process:
         process = self._processes[index]
-        if process is None or not process.alive:
-            if process is not None:
-                process.end()
-            process = self._processes[index] = self._started()
-        return process
+        if process is not None and process.alive:
+            return process
+        if process is not None:
+            process.end()
+        return self._started(index)
 
-    def _started(self) -> _Process:
+    def _started(self, index: int) -> _Process:
         """A new process; if it is killed from outside while it starts, it had no task and is started again."""
         for _ in range(MAX_STARTS - 1):
             try:
-                return _Process(self._command, self._threads)
+                return self._started_once(index)
             except WorkerDied as death:
                 if death.signal not in KILLED_FROM_OUTSIDE or self._closed:
                     raise
-        return _Process(self._command, self._threads)
+        return self._started_once(index)
+
+    def _started_once(self, index: int) -> _Process:
+        """A process that is ready. It is in the list before that, so that ``shutdown`` can end it while it starts."""
+        with self._wake:
+            if self._abandoned:
+                raise WorkerDied("the workers were shut down before the point began")
+            process = self._processes[index] = _Process(self._command, self._threads)
+        process.await_ready()
+        return process
 
 
 class _Task:
@@ -187,8 +197,14 @@ class _Process:
         except OSError as error:
             self._log.close()
             raise RenderError(f"a worker cannot be started with {command[0]!r}: {error}") from error
+        self.ready = False
+        """True after its first line; tasks can be sent then."""
+
+    def await_ready(self) -> None:
+        """Wait for the first line of the process; it is ended if the line does not come."""
         try:
             self._await_marker()
+            self.ready = True
         except BaseException:
             self.end()
             raise

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The process of a warm worker: tasks from standard input, answers to standard output, until the input closes."""
+"""A worker process that keeps loaded data: tasks from standard input, answers to standard output, until that closes."""
 
 from __future__ import annotations
 

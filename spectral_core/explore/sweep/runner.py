@@ -59,6 +59,8 @@ class SweepReport:
     """Why the pictures were not compared with the reference of the document; "" if they were, or it names none."""
     not_computed: dict[str, str] = field(default_factory=dict)
     """Why columns of the document's expressions are empty or absent, by name."""
+    not_finite: dict[str, int] = field(default_factory=dict)
+    """At how many points a value was infinite or not a number, so that the table has no number there, by column."""
 
     def reasons(self) -> list[tuple[str, int]]:
         """Reasons of failures and how many points each has, most first."""
@@ -84,7 +86,7 @@ def run_sweep(
     store : the store; its points are entered already.
     node : computes a point; it has the fingerprint of the store's project.
     keys : only these rows; all by default.
-    executor : computes the points; ``workers`` warm processes by default.
+    executor : computes the points; ``workers`` processes that keep loaded data by default.
     workers : number of processes where no executor is given.
     in_flight : points handed out at once; by default twice the workers of the executor, if it reports them.
     linear : also store linear pictures (EXR).

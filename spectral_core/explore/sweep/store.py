@@ -8,7 +8,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -166,6 +167,17 @@ class Store:
         for name in dict.fromkeys(name for row in rows for name in row.files):
             table[name] = [row.files.get(name) for row in rows]
         return table, wrong
+
+    def not_finite(self, keys: Collection[str]) -> dict[str, int]:
+        """At how many of the rows ``keys`` a column has a value that is infinite or not a number, by its name."""
+        chosen = set(keys)
+        rows = [row for row in self.ledger.rows("done") if row.key in chosen]
+        found = Counter(name for row in rows for name, value in row.outcome.items() if value is None)
+        table, wrong = self._table(rows, self.project.expressions)
+        for name in self.project.expressions:
+            if name not in wrong and None in table.get(name, ()):
+                found[name] = table[name].count(None)
+        return dict(found)
 
     def write_table(self) -> Path:
         """Write data.csv of all finished rows, in the order of the design."""

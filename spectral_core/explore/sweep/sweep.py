@@ -162,7 +162,7 @@ class Sweep:
         Parameters
         ----------
         plan : of ``plan()``.
-        executor : computes the points; ``workers`` warm processes by default.
+        executor : computes the points; ``workers`` processes that keep loaded data by default.
         workers : how many.
         on_progress, should_stop : as for ``run_sweep``.
         options : passed on to ``run_sweep``.
@@ -179,6 +179,7 @@ class Sweep:
         if not report.cancelled:  # the columns of a comparison come last
             wrong = self.store.not_computed
             report.not_computed = {name: wrong[name] for name in self.document.expressions if name in wrong}
+            report.not_finite = self.store.not_finite(plan.keys)
         return report
 
     def compare(self, reference: dict[str, Any]) -> None:

@@ -200,8 +200,8 @@ def _analytic_center(rows: Matrix, bounds: Matrix, start: Matrix) -> Matrix:
 def _enclosing_ellipsoid(rows: Matrix) -> tuple[Matrix, Matrix]:
     """Metric W and center e of an ellipsoid ‖W (v - e)‖ <= 1 around {rows v <= 1}; exact for boxes and simplices.
 
-    With t = row·v and -w <= t <= 1 every product (t + w)(1 - t) is positive, and so is any sum of them with positive
-    weights, which is an ellipsoid. D-optimal weights make it small and rest on few rows, of which w is found.
+    With t = row·v and -w <= t <= 1 every product (t + w)(1 - t) is positive. Any sum of them with positive weights is
+    positive, too, and is an ellipsoid. D-optimal weights make it small and rest on few rows, of which w is found.
     """
     weights = _optimal_weights(rows)
     used = np.argsort(-weights, kind="stable")[: min(len(rows), MAX_ELLIPSOID_ROWS)]

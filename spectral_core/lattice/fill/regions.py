@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError
-from spectral_core.lattice.polynomials import MAX_DIMENSIONS
 
 Matrix = NDArray[np.float64]
 
+MAX_REGION_DIMENSIONS = 64
+"""More than lattices reach: Sobol points and Latin hypercubes sample regions, too."""
 MAX_SIGN_ROWS_DIMENSIONS = 10
 """A ball with p < 1.25 is enclosed by its 2ⁿ sign half-spaces up to this dimension."""
 
@@ -213,8 +214,10 @@ def corner_simplex(dimensions: int, size: float = 1.0) -> Region:
 
 
 def _check_dimensions(n: int) -> None:
-    if not isinstance(n, int | np.integer) or not 1 <= n <= MAX_DIMENSIONS:
-        raise InvalidInputError(f"the region has {n} dimensions; expected a whole number from 1 to {MAX_DIMENSIONS}")
+    if not isinstance(n, int | np.integer) or not 1 <= n <= MAX_REGION_DIMENSIONS:
+        raise InvalidInputError(
+            f"the region has {n} dimensions; expected a whole number from 1 to {MAX_REGION_DIMENSIONS}"
+        )
 
 
 def _frozen(array: Matrix) -> Matrix:

@@ -140,7 +140,7 @@ class LiveMix:
             )
         scaled = (amounts * self.transport.exposure).astype(np.float32)
         lit = [index for index in sorted(self._waiting) if amounts[index] != 0]
-        # the first picture is the sum, and so is that of another reading of the recording, to the last bit
+        # the first picture is the sum, so another reading of the recording gives the same picture to the last bit
         dragged = lit[0] if len(lit) == 1 and self._new == {lit[0]} and lit[0] in self._written else None
         for index in lit:
             if index != dragged:

@@ -200,10 +200,15 @@ def even_lobe(integrator: Any, si: Any, path: Any, sampler: Any, active: Any) ->
     return path.leaves | shifted, normal
 
 
+def _response() -> Array:
+    """(n,) the observer's response to light of each wavelength: the sum of the color matching functions."""
+    viewer = observer(STANDARD)
+    return np.interp(EXCITED_NM, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0), left=0, right=0)
+
+
 def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emission: Array) -> Array:
     """(m + 1,) cumulative probability of exciting wavelengths; ``excitation``, ``emission``: (dyes, n) of a surface."""
-    viewer = observer(STANDARD)
-    seen = np.interp(EXCITED_NM, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0), left=0, right=0)
+    seen = _response()
     # dyes are weighted by the observer's response to their emission; a tenth more for the excitation of other dyes
     wanted = (emission @ seen + 0.1 * emission.sum(axis=1)) @ excitation
     flat = share_by_cell(edges, EXCITED_NM, wanted)
@@ -230,9 +235,7 @@ def _seen_light(closures: Sequence[Fluorescent], lights: Sequence[Spectrum]) -> 
     reflected = [
         closure.reflected(EXCITED_NM) if closure.checks_energy else np.full(_SIZE, 0.5) for closure in closures
     ]
-    viewer = observer(STANDARD)
-    seen = np.interp(EXCITED_NM, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0), left=0, right=0)
-    # invisible light counts a little: it may excite other dyes
-    seen += 0.05 * float(seen.max())
+    seen = _response()
+    seen += 0.05 * float(seen.max())  # invisible light counts a little: it may excite other dyes
     total = (sent + np.mean(reflected, axis=0) * light) * seen
     return np.stack([sent * seen, total]) / max(float(total.max()), 1e-300)

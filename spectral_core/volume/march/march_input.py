@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.volume.march.arithmetic import larger, smaller
 from spectral_core.volume.march.device import DeviceVolume
 from spectral_core.volume.march.device_grid import BrickLine, DeviceGrid
@@ -13,6 +14,16 @@ from spectral_core.volume.march.device_table import DeviceTable
 
 Quadrature = Literal["midpoint", "preintegrated"]
 QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")
+
+
+def quadratures_of(two_dimensional: bool) -> tuple[Quadrature, ...]:
+    """The quadratures of a transfer function, the most accurate last; those in 2D have no running integrals."""
+    return ("midpoint",) if two_dimensional else QUADRATURES
+
+
+def no_integrals() -> InvalidInputError:
+    """The error of a quadrature that is not one of ``quadratures_of``."""
+    return InvalidInputError("a two-dimensional transfer function has no pre-integrated table; use midpoint")
 
 
 @dataclass(frozen=True)

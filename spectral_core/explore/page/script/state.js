@@ -27,7 +27,10 @@ export function freshState(table) {
   const outcomes = plotted.filter((column) => column.role !== "parameter");
   const varied = outcomes.filter(varies);
   const rest = varied.length ? varied : outcomes;
-  const names = [...first, ...rest].map((column) => column.name).slice(0, window.innerWidth < NARROW ? MOST_SHOWN_NARROW : MOST_SHOWN);
+  const most = window.innerWidth < NARROW ? MOST_SHOWN_NARROW : MOST_SHOWN;
+  // Parameters leave room for outcomes, up to half of it: without outcomes the plots show only the sampling design.
+  const parameters = first.slice(0, most - Math.min(rest.length, most / 2));
+  const names = [...parameters, ...rest].map((column) => column.name).slice(0, most);
   return {
     selection: new Uint8Array(table.count),
     selected: false,

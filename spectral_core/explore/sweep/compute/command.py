@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from spectral_core.errors import InvalidInputError, RenderError
+from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome, join_values
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -86,10 +86,7 @@ class CommandNode:
             words = [_PLACE.sub(lambda match: known[match.group(1)], word) for word in self.words]
             done = self._run(words)
             if done.returncode != 0:
-                how = f"signal {-done.returncode}" if done.returncode < 0 else f"status {done.returncode}"
-                raise RenderError(
-                    f"{words[0]} ended with {how}: {done.stderr.decode('utf-8', 'replace').strip()[-2000:]}"
-                )
+                raise RenderError(_failure(words[0], done))
             values = _values(done.stdout, Path(out))
             pictures = sorted(
                 path for path in Path(out).iterdir() if path.suffix.lower() in PICTURES and path.is_file()
@@ -119,11 +116,22 @@ class CommandNode:
         except subprocess.TimeoutExpired as error:
             raise RenderError(f"{words[0]} took longer than {self.limit_s:g} s") from error
         except OSError as error:
-            raise RenderError(f"{words[0]} cannot be started: {error}") from error
+            text = f"{words[0]} cannot be started: {error}"
+            if "{" in self.words[0]:  # the program itself is swept, and others may start
+                raise RenderError(text) from error
+            raise MissingDependencyError(f"{text}; install the program, or name it with its path") from error
 
     def describe(self) -> list[str]:
         """Sentences for the plan of a run."""
-        return [f"runs {self.words[0]} once per point, without a shell; nothing stays warm between points"]
+        return [f"runs {self.words[0]} once per point, without a shell; nothing stays loaded between points"]
+
+
+def _failure(program: str, done: subprocess.CompletedProcess[bytes]) -> str:
+    """The error of a program that failed: its last line first, as lists of failures show one line of each."""
+    how = f"signal {-done.returncode}" if done.returncode < 0 else f"status {done.returncode}"
+    said = done.stderr.decode("utf-8", "replace").strip()[-2000:]
+    *earlier, last = said.splitlines() or [""]
+    return "\n".join([f"{program} ended with {how}: {last.strip()}", *earlier]).rstrip()
 
 
 @contextmanager

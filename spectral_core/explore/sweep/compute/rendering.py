@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rendering the points of a sweep in a worker that stays warm, and re-lighting them where only lights are swept."""
+"""Rendering the points of a sweep in a worker that keeps the scene; re-lighting them if only lights are swept."""
 
 from __future__ import annotations
 

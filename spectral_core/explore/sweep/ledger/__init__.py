@@ -2,7 +2,8 @@
 """The ledger of a sweep: its tables, a private copy of one that is read-only, and the number of finished points."""
 
 from spectral_core.explore.sweep.ledger.count import DoneCount
-from spectral_core.explore.sweep.ledger.ledger import VERSION, Ledger, Row, State
+from spectral_core.explore.sweep.ledger.ledger import VERSION, Ledger
 from spectral_core.explore.sweep.ledger.lost import require_ledger, require_points
+from spectral_core.explore.sweep.ledger.rows import Row, State
 
 __all__ = ["VERSION", "DoneCount", "Ledger", "Row", "State", "require_ledger", "require_points"]

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import sqlite3
 import tempfile
@@ -12,15 +11,14 @@ import threading
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from spectral_core.errors import FileFormatError, FileWriteError
 from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.ledger.copied import copied, stamp_of
+from spectral_core.explore.sweep.ledger.rows import COLUMNS, Row, State, manual_value, row_of
 
-State = Literal["pending", "done", "failed"]
 VERSION = 1
 _TABLES = """
 CREATE TABLE IF NOT EXISTS points (
@@ -37,20 +35,6 @@ CREATE TABLE IF NOT EXISTS manual (
 """
 
 _OWN_FAULT = "SELECT key FROM attempts WHERE how = 'failed'"
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """One point of the ledger. ``outcome`` and ``files`` are empty until it is done."""
-
-    key: str
-    ordinal: int
-    parameters: dict[str, Any]
-    state: State
-    outcome: dict[str, Any]
-    files: dict[str, str]
-    seconds: float | None
-    reason: str | None
 
 
 class Ledger:
@@ -172,15 +156,10 @@ class Ledger:
     def rows(self, state: State | None = None) -> list[Row]:
         """All rows in the order of the design."""
         where, arguments = (" WHERE state = ?", (state,)) if state is not None else ("", ())
-        columns = "key, ordinal, parameters, state, outcome, files, seconds, reason"
-        query = f"SELECT {columns} FROM points{where} ORDER BY ordinal"
-        found = self._found(query, arguments)
+        found = self._found(f"SELECT {COLUMNS} FROM points{where} ORDER BY ordinal", arguments)
         try:
-            return [
-                Row(key, ordinal, json.loads(p), state_, json.loads(o or "{}"), json.loads(f or "{}"), seconds, reason)
-                for key, ordinal, p, state_, o, f, seconds, reason in found
-            ]
-        except (TypeError, ValueError) as error:
+            return [row_of(each) for each in found]
+        except ValueError as error:
             raise self._damaged(error) from error
 
     def failed_by_themselves(self) -> set[str]:
@@ -280,7 +259,7 @@ class Ledger:
         found: dict[str, dict[str, Any]] = {}
         for key, name, value in self._found("SELECT key, name, value FROM manual"):
             try:
-                found.setdefault(name, {})[key] = json.loads(value)
-            except (TypeError, ValueError) as error:
+                found.setdefault(name, {})[key] = manual_value(key, name, value)
+            except ValueError as error:
                 raise self._damaged(error) from error
         return found

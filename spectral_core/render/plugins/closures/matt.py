@@ -23,7 +23,7 @@ def oren_nayar(mi: Any, dr: Any, color: Any, roughness: Any, wi: Any, wo: Any) -
     lost_o = 1.0 - scale * (1.0 + roughness / dr.pi * _albedo_shape(dr, cosine_o))
     mean = scale * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * dr.pi)) * roughness)
     lost = dr.maximum(1.0 - mean, 1e-7)
-    # Cycles tints this part by the color once more than Eq. 17, and so does this code
+    # as in Cycles, this part is tinted by the color once more than in Eq. 17
     often = color * color * color * mean / (1.0 - color * lost) * (lost_i * lost_o / lost)
     return (once + often) * cosine_o / dr.pi
 

@@ -140,9 +140,9 @@ def register(mi: Any, dr: Any) -> None:
     class BlenderArea(mi.Emitter):
         """A surface that emits ``radiance`` to its front, to both sides, or within a spread.
 
-        ``two_sided``; ``spread``: half angle (radian) at which the light ends, π/2 for none. Cycles narrows the beam
-        by a tent in the tangent and keeps its power; so does this. ``surface``, set later where Mitsuba's own way to
-        draw a point of the shape does not serve, draws one instead.
+        ``two_sided``; ``spread``: half angle (radian) at which the light ends, π/2 for none. This class,
+        like Cycles, narrows the beam by a tent in the tangent and keeps its power. ``surface``, set later where
+        Mitsuba's own way to draw a point of the shape does not serve, draws one instead.
         """
 
         def __init__(self, properties: Any) -> None:

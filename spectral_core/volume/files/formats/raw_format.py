@@ -35,7 +35,7 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
 
 
 def read_layout(path: Path, layout: RawLayout, component: int | None = None) -> ScalarVolume:
-    """The volume of one raw file; a file whose length differs from the layout is refused, and so is a component."""
+    """The volume of one raw file; a component, or a file whose length differs from the layout, is refused."""
     require_choice(component, (), path)
     count = math.prod(layout.shape)
     expected = count * layout.stored_dtype.itemsize
