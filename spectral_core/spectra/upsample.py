@@ -97,11 +97,20 @@ def light_tint(linear_rgb: ArrayLike, white: Spectrum, wavelengths_nm: ArrayLike
         share = np.maximum(share, 0.0)
         is_gray = np.ptp(share) == 0  # white does not tint
         return size * (np.ones(nm.shape) if is_gray else upsampled(share, nm))
-    return size * np.interp(nm, _SOLVE_GRID.wavelengths_nm, _narrow_tint(tuple(share), white))
+    return size * np.interp(nm, _SOLVE_GRID.wavelengths_nm, _narrow_tint(tuple(share), white)[0])
+
+
+def distance_from_light(linear_rgb: ArrayLike, white: Spectrum) -> float:
+    """Give the largest difference in a channel between a color, linear sRGB (3,), and the light that ``light_tint``
+    gives for it, over its largest channel; 0 for colors of sRGB.
+    """
+    rgb = np.asarray(linear_rgb, dtype=np.float64)
+    return _narrow_tint(tuple(rgb / rgb.max()), white)[1] if rgb.max() > 0 and is_outside(rgb) else 0.0
 
 
 @lru_cache(maxsize=256)
-def _narrow_tint(share: tuple[float, float, float], white: Spectrum) -> Array:
+def _narrow_tint(share: tuple[float, float, float], white: Spectrum) -> tuple[Array, float]:
+    """Factor at the wavelengths of the solve, and its largest error in a channel."""
     from scipy.optimize import nnls
 
     matrix = linear_rgb_from_product(white, _SOLVE_GRID)
@@ -117,7 +126,7 @@ def _narrow_tint(share: tuple[float, float, float], white: Spectrum) -> Array:
     system = np.concatenate([stiff * matrix, changes])
     found: Array = nnls(system, np.concatenate([stiff * wanted, changes @ near]), maxiter=3000)[0]
     found.setflags(write=False)
-    return found
+    return found, float(np.abs(matrix @ found - wanted).max())
 
 
 @cache

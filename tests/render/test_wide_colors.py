@@ -44,6 +44,22 @@ def test_lights_outside_of_srgb_keep_their_color(color):
         assert not notes
 
 
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_colors_that_no_light_has_have_a_note_in_spectra(transport):
+    """A purple beyond the mix of the spectrum's ends: the nearest light differs by a quarter."""
+    color = Color(np.array([1.0, -0.5, 1.0]))
+    sun = SunLight(name="sun", world_from_light=matrix((0, 0, 3)), irradiance=np.pi, color=color)
+    for scene, subject in (
+        (lit_plane(sun, transport=transport), "sun"),
+        (lit_plane(surface=Emission(color), transport=transport), "paper"),
+        (lit_plane(world=World(color), transport=transport), "World"),
+    ):
+        notes = [(note.subject, note.message) for note in render_scene(scene).notes]
+        assert notes == ([] if transport == "rgb" else [
+            (subject, "emits a color that no light has; the nearest color of a light is rendered")
+        ])  # fmt: skip
+
+
 @pytest.mark.parametrize("color", WIDE)
 def test_their_spectra_are_those_of_lights(color):
     """Never negative, and of the same XYZ, by colour-science's observer and matrices."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.environment_image import environment
 from spectral_core.render.lights.varying import pattern_texture
-from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
+from spectral_core.render.mitsuba_scene import geometry, limits, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.lamps.light_points import NarrowPanel
 from spectral_core.render.plugins.lamps.shaping import Cone, Luminaire, Shaping
@@ -74,6 +74,7 @@ def light_objects(context: Context, light: Light, scene_sphere: tuple[Array, flo
 def plain_color(context: Context, light: Light) -> Color | Spectrum:
     """A lamp's color if it is constant; white, with a note, if it is an image or a mix."""
     if isinstance(light.color, (Color, Spectrum)):
+        limits.note_unlike_light(context, light.color, context.white or paint.white_light(), light.name)
         return light.color
     context.note(light.name, "is a light with an image or a mix as its color; it is rendered white")
     return Color(np.ones(3))
@@ -245,7 +246,7 @@ def world_emitter(context: Context, world: World) -> Any | None:
     if world.is_black:
         return None
     if isinstance(world.color, (Color, Spectrum)):
-        radiance = paint.constant_emission(context, world.color, world.strength)
+        radiance = paint.emission(context, world.color, world.strength, "World")
         return context.load({"type": "constant", "radiance": context.switched(radiance, world.group)})
     if isinstance(world.color, ImageTexture):
         return environment(context, world, world.color)

@@ -10,10 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.scene import Color
 from spectral_core.spectra.spectrum import Reflectance, Spectrum
-from spectral_core.spectra.upsample import is_outside
+from spectral_core.spectra.upsample import distance_from_light, is_outside
 
 Array = NDArray[np.float64]
+_UNLIKE = 0.05
+"""Least error of a channel that is noted: the primaries of ACEScg have up to 0.03."""
 
 
 def held(context: Context, rgb: Array, subject: str) -> Array:
@@ -29,6 +32,12 @@ def without_negative(context: Context, rgb: Any, subject: str, what: str = "has 
         text = "outside of sRGB; negative channels are rendered as 0, which lowers the saturation"
         context.note(subject, f"{what} {text}")
     return np.maximum(rgb, 0.0)
+
+
+def note_unlike_light(context: Context, paint: Any, white: Spectrum, subject: str) -> None:
+    """Note an emitted color that no light has, such as one beyond the purples; it is rendered as the nearest."""
+    if context.spectral and isinstance(paint, Color) and distance_from_light(paint.linear_rgb, white) > _UNLIKE:
+        context.note(subject, "emits a color that no light has; the nearest color of a light is rendered")
 
 
 def held_spectrum(context: Context, paint: Spectrum, subject: str, *, bright: bool = False) -> Spectrum:

@@ -100,6 +100,7 @@ def reflectance(context: Context, paint: Paint, subject: str) -> Any:
 def emission(context: Context, paint: Paint, strength: float, subject: str) -> Any:
     """Texture of emitted radiance ``paint · strength``."""
     if isinstance(paint, (Color, Spectrum)):
+        limits.note_unlike_light(context, paint, context.white or white_light(), subject)
         return constant_emission(context, paint, strength)
     if isinstance(paint, ImageTexture):
         return _emitting_image(context, paint, strength, subject)

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.render.mitsuba_scene import geometry, surface
+from spectral_core.render.mitsuba_scene import geometry, limits, surface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.kept import MeshOf, geometry_for
 from spectral_core.render.mitsuba_scene.lamp_rows import add_emissive, emitted_by, emitted_evenly
 from spectral_core.render.mitsuba_scene.media.rows import medium_row
+from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.plugins.lamps.light_points import Triangles
 from spectral_core.render.plugins.placing import is_regular
 from spectral_core.render.trace.media.table import ONLY_BORDER, MediumRow
@@ -199,9 +200,11 @@ class Shapes:
 
     def _enter_emission(self, instance: Instance, index: int, placed: tuple[geometry.Part, Any]) -> None:
         """Enter the emission of a mesh in the light tables."""
-        (part, shape), constant = placed, emitted_evenly(self._material(instance, index).surface)
+        (part, shape), material = placed, self._material(instance, index)
+        constant = emitted_evenly(material.surface)
         emitter = shape.emitter() if constant is None else None
         if constant is not None:
+            limits.note_unlike_light(self.context, constant[0], self.context.white or white_light(), material.name)
             add_emissive(self.context, part, shape, (emitted_by(self.context, *constant), None, instance.group))
         elif emitter is not None:
             add_emissive(self.context, part, shape, (None, emitter, instance.group))
