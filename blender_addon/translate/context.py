@@ -142,6 +142,16 @@ def stated(block: Any, depsgraph: Any) -> Any:
     return block if depsgraph.mode == "RENDER" else block.original
 
 
+def whole(obj: Any, depsgraph: Any) -> Any:
+    """The evaluated object of which Blender shows a part.
+
+    For each part of the result of a curve, text, metaball or geometry node, Blender makes an object that exists for a
+    moment. Settings of Cycles are read from the whole object: reading them creates them, and Blender never frees those
+    of a part.
+    """
+    return obj.original.evaluated_get(depsgraph)
+
+
 def makers_of(obj: Any, instance: Any) -> frozenset[int]:
     """Session numbers of the data that the geometry of an instance of the depsgraph is made from."""
     source = obj.original

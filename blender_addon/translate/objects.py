@@ -171,7 +171,7 @@ def _visit(found: Collected, instance: Any, shows: Callable[[Any], bool], cullin
     if not (shows(instance) and (is_shown or has_hair)) or culling.leaves_out(obj, instance.matrix_world):
         return
     if found.kept is not None:
-        found.trace.see(instance)
+        found.trace.see(instance, found.translation.depsgraph)
     try:
         if is_shown:
             _collect_one(found, obj, instance)

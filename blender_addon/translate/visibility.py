@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import Rays
 
-from .context import Translation, stated
+from .context import Translation, stated, whole
 
 FLAGS = {
     "visible_camera": Rays.CAMERA, "visible_diffuse": Rays.DIFFUSE, "visible_glossy": Rays.GLOSSY,
@@ -31,10 +31,11 @@ def cycles_settings(owner: Any, name: str, fallback: Any) -> Any:
     return getattr(getattr(owner, "cycles", None), name, fallback)
 
 
-def terminator_of(obj: Any) -> dict[str, float]:
+def terminator_of(obj: Any, depsgraph: Any) -> dict[str, float]:
     """Fields of an instance: Geometry Offset and Shading Offset of an object's shadow terminator."""
+    owner = whole(obj, depsgraph)
     lift, shift = (
-        max(float(getattr(obj, name, cycles_settings(obj, older, fallback))), 0.0)
+        max(float(getattr(obj, name) if hasattr(obj, name) else cycles_settings(owner, older, fallback)), 0.0)
         for name, older, fallback in (
             ("shadow_terminator_geometry_offset", "shadow_terminator_geometry_offset", 0.1),
             ("shadow_terminator_shading_offset", "shadow_terminator_offset", 0.0),
@@ -107,6 +108,7 @@ class Culling:
         render, camera = scene.render, scene.camera
         usable = render.use_simplify and not render.use_multiview and camera is not None and camera.type == "CAMERA"
         usable = usable and camera.data.type in ("PERSP", "ORTHO")
+        self._depsgraph = depsgraph
         self.margin = float(cycles_settings(scene, "camera_cull_margin", 0.0))
         self.distance = float(cycles_settings(scene, "distance_cull_margin", 0.0))
         self._by_view = usable and bool(cycles_settings(scene, "use_camera_cull", False))
@@ -131,13 +133,14 @@ class Culling:
         """True if an instance of an object is left out, by all of the rules that it is subject to."""
         if not self.is_used:
             return False
+        owner = whole(obj, self._depsgraph)
         rules = [
             test
             for is_on, name, test in (
                 (self._by_view, "use_camera_cull", self._is_beyond),
                 (self._by_distance, "use_distance_cull", self._is_far),
             )
-            if is_on and cycles_settings(obj, name, False)
+            if is_on and cycles_settings(owner, name, False)
         ]
         if not rules or obj.type == "LIGHT":
             return False

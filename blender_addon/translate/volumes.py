@@ -23,7 +23,7 @@ from spectral_core.files.of_process import temporary_folder
 from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
 
-from .context import makers_of
+from .context import makers_of, whole
 from .visibility import cycles_settings
 from .volume_looks import transfer as volume_looks
 from .volume_looks.look import look_of
@@ -62,7 +62,8 @@ def settings_data(obj: Any, depsgraph: Any) -> Any:
 def note_velocity(found: Collected, obj: Any) -> None:
     """Name a grid of velocities by which Cycles would blur a moving volume."""
     translation, data = found.translation, obj.data
-    if not translation.scene.render.use_motion_blur or not cycles_settings(obj, "use_motion_blur", True):
+    owner = whole(obj, translation.depsgraph)
+    if not translation.scene.render.use_motion_blur or not cycles_settings(owner, "use_motion_blur", True):
         return
     stated = data.original  # Blender does not notify the evaluated copy of a change
     if stated.velocity_scale == 0 or not data.grids.load():

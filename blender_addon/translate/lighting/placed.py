@@ -39,5 +39,11 @@ def _light(found: Collected, name: str, obj: Any, instance: Any) -> Light | None
         return make()
     makers = frozenset((original.session_uid, original.data.session_uid))
     seen = tuple(lamp_seen_as(found.translation, instance).values())
-    state = (name, facts_of(obj), seen, muted_links_of(original.data), tuple(map(tuple, instance.matrix_world)))
+    state = (
+        name,
+        facts_of(obj, found.translation.depsgraph),
+        seen,
+        muted_links_of(original.data),
+        tuple(map(tuple, instance.matrix_world)),
+    )
     return kept_or_asked(found.kept, found.translation, ("light", original.session_uid), makers, state, make)

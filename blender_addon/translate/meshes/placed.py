@@ -15,7 +15,7 @@ import numpy as np
 from spectral_core.scene import Instance, Mesh
 
 from ..approximations import note_missing
-from ..context import makers_of
+from ..context import makers_of, whole
 from ..displacement.moved import displaced
 from ..ledger import note_changed
 from ..placed_media import in_mesh
@@ -102,7 +102,7 @@ def _shared(found: Collected, obj: Any, instance: Any, materials_of: MaterialsOf
         "index": int(obj.pass_index),
         "shown_as": obj.name,
         "asset": root_of(obj.original).name,
-        **terminator_of(obj),
+        **terminator_of(obj, found.translation.depsgraph),
     }
     varies = any(item.displacement or item.filling is not None for item in materials)
     return Shared(mesh, materials, reads, fields, varies)
@@ -129,7 +129,7 @@ def _instance(
 
 def _note(found: Collected, obj: Any, reads: frozenset[str]) -> None:
     note_missing(found.translation, obj, reads)
-    note_changed(found.translation, obj.name, getattr(obj, "cycles", None))
+    note_changed(found.translation, obj.name, getattr(whole(obj, found.translation.depsgraph), "cycles", None))
     if obj.mode == "SCULPT" and any(each.type == "MULTIRES" for each in obj.modifiers):
         found.translation.note(
             obj.name, "its multiresolution levels are shown after Sculpt Mode; here the base mesh is"

@@ -35,11 +35,11 @@ class RepeatWalk(Exception):
     """The walk must be repeated."""
 
 
-def facts_of(obj: Any) -> tuple[Any, ...]:
+def facts_of(obj: Any, depsgraph: Any) -> tuple[Any, ...]:
     """Properties of an evaluated object whose change Blender reports in the words of an edited material."""
     return (
         obj.name_full, obj.pass_index, tuple(obj.color), hidden_from(obj), obj.is_holdout, obj.is_shadow_catcher,
-        obj.original.lightgroup, *terminator_of(obj).values(),
+        obj.original.lightgroup, *terminator_of(obj, depsgraph).values(),
     )  # fmt: skip
 
 
@@ -60,13 +60,13 @@ class Trace:
     facts: dict[int, tuple[Any, ...]] = field(default_factory=dict)
     names: dict[int, str] = field(default_factory=dict)
 
-    def see(self, instance: Any) -> None:
+    def see(self, instance: Any, depsgraph: Any) -> None:
         """Take note of an instance of the depsgraph."""
         uid = instance.object.original.session_uid
         if instance.is_instance:
             self.repeated.add(uid)
         if uid not in self.facts:
-            self.facts[uid] = facts_of(instance.object)
+            self.facts[uid] = facts_of(instance.object, depsgraph)
             self.names[uid] = instance.object.original.name_full
 
 
@@ -113,7 +113,7 @@ class Walk:
     def _follows_object(self, update: Any, block: Any, uid: int) -> bool:
         if block.type in UNSEEN:
             return not block.is_instancer
-        if facts_of(block) != self.found.trace.facts.get(uid):
+        if facts_of(block, self.found.translation.depsgraph) != self.found.trace.facts.get(uid):
             return False
         if uid in self.lights:
             self.edited.add(uid)
