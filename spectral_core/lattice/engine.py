@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from spectral_core.checks import require_kind, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.catalogue import sampling_lattice
 from spectral_core.lattice.construction import Lattice
+from spectral_core.lattice.fill.frame import MAX_POINTS
 from spectral_core.lattice.fill.progressive import ProgressivePoints, progressive_fill
 from spectral_core.lattice.fill.regions import unit_cube
 
@@ -64,14 +66,15 @@ class LatticeEngine(qmc.QMCEngine):
     ) -> None:
         if rng is not None and seed is not None:
             raise InvalidInputError("both rng and seed are given; give one (seed is the older name)")
-        if points < 1:
-            raise InvalidInputError(f"points is {points}; expected at least 1")
+        points = require_whole("points", points, 1, MAX_POINTS)
+        if lattice is not None:
+            require_kind("lattice", lattice, Lattice, "make_lattice")
         self._region = unit_cube(d)
         given = rng if seed is None else seed
         if isinstance(given, np.random.RandomState):
             given = int(given.randint(2**31 - 1))
         super().__init__(d=d, optimization=optimization, **{_SEED_NAME: np.random.default_rng(given)})
-        self._planned = int(points)
+        self._planned = points
         if lattice is not None and lattice.dimensions != d:
             raise InvalidInputError(f"the lattice has {lattice.dimensions} dimensions, the engine {d}")
         self._lattice = sampling_lattice(d, rate) if lattice is None else lattice
@@ -79,8 +82,7 @@ class LatticeEngine(qmc.QMCEngine):
         self._progressive: ProgressivePoints | None = None
 
     def _random(self, n: int = 1, *, workers: int = 1) -> NDArray[np.float64]:
-        if n < 0:
-            raise InvalidInputError(f"n is {n}; expected a number of samples of at least 0")
+        n = _whole_samples(n)
         end = self.num_generated + n
         current = self._progressive
         if current is None:
@@ -99,8 +101,14 @@ class LatticeEngine(qmc.QMCEngine):
 
     def fast_forward(self, n: int) -> LatticeEngine:
         """Skip ``n`` samples."""
-        if n < 0:
-            raise InvalidInputError(f"n is {n}; expected a number of samples of at least 0")
+        n = _whole_samples(n)
         self._random(n)
         self.num_generated += n
         return self
+
+
+def _whole_samples(n: int) -> int:
+    """``n``, if it is a whole number of at least 0; else InvalidInputError."""
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 0:
+        raise InvalidInputError(f"n is {n!r}; expected a number of samples of at least 0")
+    return int(n)

@@ -107,3 +107,35 @@ def test_the_command_counts_distances_in_shares_of_the_ranges(options: list[str]
     assert np.allclose(points[0], points[1], atol=1e-9)
     if not options:
         assert lattice.separation(points[1]) > 0.46
+
+
+def test_a_damaged_description_of_a_sweep_is_refused() -> None:
+    """Shifts of another lattice, and NaN, changed the order of the points without a word."""
+    points = lattice.progressive_fill(lattice.unit_cube(2), 20)
+    for shifts in [(9,), (-1,), (0.5,), (math.nan,), ("a",), 5, None]:
+        with pytest.raises(InvalidInputError, match="shifts"):
+            lattice.progressive_points(points.frame, points.region, shifts=shifts)
+    plain = points.frame.to_dict()
+    for name, value in [("middle", math.nan), ("spacing", "wide"), ("log_scales", None)]:
+        with pytest.raises(InvalidInputError):
+            lattice.Frame.from_dict({**plain, name: value})
+    again = lattice.progressive_points(lattice.Frame.from_dict(plain), points.region, shifts=list(points.shifts))
+    assert (again.points == points.points).all()
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda engine: engine(2, points=2.5),
+        lambda engine: engine(2, points="many"),
+        lambda engine: engine(2, lattice="hexagonal"),
+        lambda engine: engine(True),
+        lambda engine: engine(2).random(2.5),
+        lambda engine: engine(2).fast_forward(2.5),
+    ],
+)
+def test_the_engine_refuses_what_is_no_whole_number(call) -> None:
+    from spectral_core.lattice.engine import LatticeEngine
+
+    with pytest.raises(InvalidInputError, match="expected"):
+        call(LatticeEngine)

@@ -75,11 +75,14 @@ class Frame:
                 plain["dimensions"], plain["rate"], plain["middle"], bool(plain["improper"])
             )
             one = LatticeClass(polynomial, plain["class"])
-            lattice = build_lattice(one, plain["log_scales"], criterion=plain["criterion"])
+            scales = frozen_array("log_scales", plain["log_scales"], (None,))  # None would mean unit scales
+            lattice = build_lattice(one, scales, criterion=plain["criterion"])
             spacing = float(plain["spacing"])
             rotation = checked_rotation(plain["rotation"], polynomial.dimensions)
             origin = frozen_array("origin", plain["origin"], (polynomial.dimensions,))
-        except (KeyError, TypeError) as error:
+        except InvalidInputError:
+            raise
+        except (KeyError, TypeError, ValueError, IndexError) as error:
             raise InvalidInputError(
                 f"not a description of a lattice frame: {error!r}; write it with to_dict"
             ) from error

@@ -15,7 +15,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import require_kind
+from spectral_core.checks import require_kind, require_whole
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.catalogue import sampling_lattice
 from spectral_core.lattice.construction import Lattice
@@ -160,9 +160,17 @@ def progressive_points(
     ``frame``, ``level`` and ``shifts`` are those of the ``ProgressivePoints`` to continue.
     """
     require_kind("the frame", frame, Frame, "of the ProgressivePoints to continue")
+    shifts = _checked_shifts(shifts, frame.lattice.rate)
     positions, coefficients = frame.points_in(region, level)
     order = progressive_order(frame.lattice, coefficients, level, shifts)
     return ProgressivePoints(frame, region, level, _frozen(positions[order]), _frozen(coefficients[order]), shifts)
+
+
+def _checked_shifts(shifts: tuple[int, ...], rate: int) -> tuple[int, ...]:
+    """Stored shifts as integers. Raises InvalidInputError for others, which would change the order of the points."""
+    if not isinstance(shifts, tuple | list):
+        raise InvalidInputError(f"shifts is {shifts!r}; expected those of the ProgressivePoints to continue, or ()")
+    return tuple(require_whole(f"shifts[{place}]", shift, 0, rate - 1) for place, shift in enumerate(shifts))
 
 
 def fullest_cosets(lattice: Lattice, coefficients: Integers) -> tuple[int, ...]:

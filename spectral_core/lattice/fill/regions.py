@@ -214,7 +214,7 @@ def corner_simplex(dimensions: int, size: float = 1.0) -> Region:
 
 
 def _check_dimensions(n: int) -> None:
-    if not isinstance(n, int | np.integer) or not 1 <= n <= MAX_REGION_DIMENSIONS:
+    if not isinstance(n, int | np.integer) or isinstance(n, bool) or not 1 <= n <= MAX_REGION_DIMENSIONS:
         raise InvalidInputError(
             f"the region has {n} dimensions; expected a whole number from 1 to {MAX_REGION_DIMENSIONS}"
         )
