@@ -65,6 +65,18 @@ def test_spectra_are_written(blender, palette, tmp_path, file_format):
         np.testing.assert_allclose(found[entry.name].values, spectrum_of(entry, "result").values, rtol=1e-9)
 
 
+def test_spectra_have_the_new_name_of_a_light_or_material(blender, palette, tmp_path):
+    """A rename needs no new solve; the files and the spectra in them had the names of the last one."""
+    palette.lights[1].name, palette.materials[2].name = "Straßenlampe", "Loden 漢"
+    blender.ops.spectral.spectra_export(filepath=str(tmp_path / "set"), file_format="spd")
+    spectra = [spectrum for file in tmp_path.iterdir() for spectrum in read_spectra(file)]
+    assert {each.name for each in spectra} == {each.name for each in (*palette.lights, *palette.materials)}
+    assert "Straßenlampe" in {each.name for each in spectra}
+    palette.materials[2].material = blender.data.materials.new("cloth")
+    blender.ops.spectral.palette_apply()
+    assert spectrum_of(palette.materials[2].material).name == "Loden 漢"
+
+
 def test_names_that_are_equal_as_file_names_get_a_file_each(blender, palette, tmp_path):
     for entry, name in zip(palette.materials, ("a/b", "a b", "A_b", "", "Lamp"), strict=True):
         entry.name = name

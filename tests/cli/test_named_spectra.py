@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import unicodedata
 from pathlib import Path
 
 import numpy as np
@@ -163,6 +164,15 @@ def test_pictures_under_lights_with_any_name_get_a_file_each(tmp_path: Path, mon
     assert len(set(written)) == 3
     assert all(Path(each).parent == tmp_path and Path(each).is_file() for each in written)
     assert file_words(["a/b", "A_b", "", "c.d"]) == ["a_b", "A_b_2", "_", "c_d"]
+
+
+def test_long_names_and_two_forms_of_a_letter_get_a_file_each(tmp_path) -> None:
+    """A name of 250 letters was no file name, and 가 in two forms is one file where the system composes letters."""
+    names = ["漢" * 200, "漢" * 201, "n" * 250, "\uac00", "\u1100\u1161"]
+    words = file_words(names)
+    for word in words:
+        (tmp_path / f"stem_{word}.spdx").write_text("")
+    assert len({unicodedata.normalize("NFC", word) for word in words}) == len(names)
 
 
 def test_relight_takes_one_spectrum_of_a_file(tmp_path: Path) -> None:

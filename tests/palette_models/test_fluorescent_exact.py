@@ -9,6 +9,7 @@ import pytest
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
 from spectral_core.palette.paint.fluorescent_report import palette_solution
+from spectral_core.palette.presets import design_grid
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import linear_rgb_from_xyz
 from spectral_core.spectra.fluorescence import FluorescentDye
@@ -33,3 +34,18 @@ def test_colors_of_a_known_reflectance_hold_exactly(lamp, edge) -> None:
     assert found.status.trusted, found.remedy
     assert np.abs(found.actual_linear_rgb[0] - colors).max() < 1e-9
     assert np.abs(found.actual_linear_rgb[1, 0] - colors[0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("lamps", [("D65", "HP1"), ("HP1", "A"), ("FL11", "LPS"), ("D65", "FL2")])
+def test_exact_cells_that_refer_to_an_exactly_black_one_hold_in_black(lamps) -> None:
+    """Black materials meet them; they were called a conflict, because only black does."""
+    lights = tuple(PaletteLight(normalized(illuminant(name))) for name in lamps)
+    rows = (
+        (Cell.black(exact=True), Cell.same_as((1, 0), exact=True)),
+        (Cell.black(exact=True), Cell.fixed((0.2, 0.1, 0.02))),
+    )
+    problem = PaletteProblem(design_grid(), lights, (PaletteReflectance("a"), PaletteReflectance("b")), rows)
+    dyes = {k: [FluorescentDye.gaussian("dye", 420 + 30 * k, 550 + 50 * k)] for k in (0, 1)}
+    found = solve_fluorescent(problem, dyes)
+    assert found.trusted
+    assert np.abs(found.actual_linear_rgb[[0, 0, 1], [0, 1, 0]]).max() < 1e-9

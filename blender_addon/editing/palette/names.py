@@ -22,6 +22,8 @@ def renamed(entry: PropertyGroup) -> None:
     if entry.name in others:
         with hooks.silenced(Topic.PALETTE_NAME):
             entry.name = unique(entry.name, others)
+    if len(entry.result.samples):  # files and materials get the designed spectrum under this name
+        entry.result.spectrum_name = entry.name
     if not is_light:
         return
     before, entry.known_as = entry.known_as, entry.name

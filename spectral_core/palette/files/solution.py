@@ -10,10 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from spectral_core.checks import frozen_array, require_text, require_whole
 from spectral_core.documents.codecs import SpectrumFiles, decoded_spectrum, encoded_spectrum
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.files.document import document_of, problem_of
+from spectral_core.palette.given import number_of, sequence_of, shown
 from spectral_core.palette.solution import Conflict, PaletteSolution, PaletteStatus
 from spectral_core.spectra.files import kind_of
 from spectral_core.spectra.spectrum import Spectrum
@@ -62,18 +65,54 @@ def solution_of(document: dict[str, Any], folder: Path) -> PaletteSolution:
         tables = [dict(table) for table in document[name]]
         return tuple(decoded_spectrum(table, table.pop("kind"), problem.grid, files) for table in tables)
 
-    stored: dict[str, Any] = {name: document[name] for name in PLAIN}
-    stored |= {name: tuple(stored[name]) for name in ("engines", "notes")}
-    stored |= {name: np.array(document[name], dtype=np.float64) for name in ARRAYS}
+    stored: dict[str, Any] = {name: _plain_entry(name, document[name]) for name in PLAIN}
+    shape = (len(problem.reflectances), len(problem.lights))
+    stored |= {name: _colors(name, document[name], shape) for name in ARRAYS}
+    illuminants, reflectances = spectra("illuminants"), spectra("reflectances")
+    if (len(reflectances), len(illuminants)) != shape:
+        raise InvalidInputError(
+            f"{len(reflectances)} reflectances and {len(illuminants)} illuminants; expected {shape[0]} and {shape[1]}, "
+            "as the problem has"
+        )
     return PaletteSolution(
         problem=problem,
-        illuminants=spectra("illuminants"),
-        reflectances=spectra("reflectances"),
+        illuminants=illuminants,
+        reflectances=reflectances,
         status=PaletteStatus(document["status"]),
-        amounts=tuple(None if each is None else np.array(each) for each in document.get("amounts", ())),
+        amounts=_amounts(document.get("amounts", []), shape[1]),
         conflicts=tuple(_conflict(each) for each in document.get("conflicts", ())),
         **stored,
     )
+
+
+def _plain_entry(name: str, value: Any) -> Any:
+    """An entry of PLAIN, if it is of its kind."""
+    if name in ("residuals", "timings"):
+        if not isinstance(value, dict):
+            raise InvalidInputError(f"{name} is {shown(value)}; expected a table of numbers")
+        return {key: number_of(f"{name}.{key}", each) for key, each in value.items()}
+    if name in ("engines", "notes"):
+        return tuple(require_text(f"an entry of {name}", each) for each in sequence_of(name, value))
+    if name == "remedy":
+        return require_text(name, value)
+    return require_whole(name, value, 0, 1 << 53) if name == "rounds" else number_of(name, value)
+
+
+def _colors(name: str, table: Any, shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Numbers of all cells, (R, L) or (R, L, 3), with NaN for None."""
+    expected = shape if name == "delta_e_2000" else (*shape, 3)
+    found = np.array(table, dtype=np.float64)
+    if found.shape != expected or np.isinf(found).any():
+        raise InvalidInputError(f"{name} has shape {found.shape}; expected finite numbers of shape {expected}")
+    return found
+
+
+def _amounts(table: Any, lights: int) -> tuple[NDArray[np.float64] | None, ...]:
+    """Amounts of primaries for each light, None without primaries; empty in files that state none."""
+    entries = sequence_of("amounts", table)
+    if len(entries) not in (0, lights):
+        raise InvalidInputError(f"amounts have {len(entries)} entries; expected {lights}, one for each light")
+    return tuple(None if each is None else frozen_array("amounts of a light", each, (None,)) for each in entries)
 
 
 def _conflict(table: dict[str, Any]) -> Conflict:

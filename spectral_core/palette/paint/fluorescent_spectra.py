@@ -32,7 +32,7 @@ from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
 Array = NDArray[np.float64]
-Rows = list[tuple[Array, Array, Array, float]]
+Rows = list[tuple[CellIndex, Array, Array, Array, float]]
 """Matrix, target, ties to the free colors, and squared weight of each cell of a spectrum."""
 
 
@@ -165,14 +165,15 @@ class FluorescentSpectra:
             if target.cell[axis] in rows:
                 weight = np.inf if target.exact else target.weight**2 / COLOR_NORM**2
                 matrix = self.color_matrix(side, target.cell)
-                rows[target.cell[axis]].append((matrix, target.color, np.zeros((3, 3 * len(groups))), weight))
+                tie = np.zeros((3, 3 * len(groups)))
+                rows[target.cell[axis]].append((target.cell, matrix, target.color, tie, weight))
         for number, group in enumerate(groups):
             tie = np.zeros((3, 3 * len(groups)))
             tie[:, 3 * number : 3 * number + 3] = np.eye(3)
             for cell, weight, exact in zip(group.members, group.weights, group.exact, strict=True):
                 squared = np.inf if exact else weight**2 / COLOR_NORM**2
                 if cell[axis] in rows:
-                    rows[cell[axis]].append((self.color_matrix(side, cell), np.zeros(3), tie, squared))
+                    rows[cell[axis]].append((cell, self.color_matrix(side, cell), np.zeros(3), tie, squared))
                 elif exact:
                     boxes[number] = shown[cell]
                 else:
@@ -201,15 +202,15 @@ class FluorescentSpectra:
             upper[n + count :] = 1.0
             energy = np.concatenate([np.eye(n), self.matrices.shares[item], np.eye(n)], axis=1)
         return Block(
-            np.concatenate([*(np.pad(m, ((0, 0), (0, size - m.shape[1]))) for m, *_ in rows), energy]),
-            np.concatenate([*(target for _, target, _, _ in rows), np.ones(len(energy))]),
-            np.concatenate([*(tie for _, _, tie, _ in rows), np.zeros((len(energy), colors))]),
+            np.concatenate([*(np.pad(m, ((0, 0), (0, size - m.shape[1]))) for _, m, *_ in rows), energy]),
+            np.concatenate([*(target for _, _, target, *_ in rows), np.ones(len(energy))]),
+            np.concatenate([*(tie for *_, tie, _ in rows), np.zeros((len(energy), colors))]),
             np.concatenate([*(np.full(3, weight) for *_, weight in rows), np.full(len(energy), np.inf)]),
             rough,
             rough.T @ rough,
             lower,
             upper,
-            tuple((0, (item, r)) for r in range(len(rows))),
+            tuple((0, cell) for cell, *_ in rows),
         )
 
 

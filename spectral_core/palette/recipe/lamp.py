@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog, minimize
 
-from spectral_core.checks import frozen_array, require_kind, require_range, require_whole
+from spectral_core.checks import frozen_array, require_range, require_whole
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette.given import sequence_of
+from spectral_core.palette.given import require_kind, sequence_of
 from spectral_core.palette.recipe.fidelity import FidelityReference
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
 from spectral_core.palette.recipe.white import (
@@ -156,10 +156,8 @@ def lamp_recipe(
     started = time.perf_counter()
     quality = LampQuality() if quality is None else quality
     channels = sequence_of("channels", channels)
-    for channel in channels:
-        require_kind("a channel", channel, Illuminant)
-    require_kind("the quality of a lamp", quality, LampQuality)
-    wanted_xyz = None if wanted_xyz is None else frozen_array("wanted_xyz", wanted_xyz, (3,))
+    require_kind("channels", channels, Illuminant, "an Illuminant")
+    require_kind("quality", [quality], LampQuality, "a LampQuality")
     if not 3 <= len(channels) <= 16:
         raise InvalidInputError(f"a lamp recipe takes 3 to 16 channels; got {len(channels)}")
     most = len(channels) if most_channels is None else require_whole("most_channels", most_channels, 3, len(channels))
@@ -170,7 +168,7 @@ def lamp_recipe(
         raise InvalidInputError(f"channel {dark!r} emits no light from {first_nm:g} to {last_nm:g} nm; remove it")
     equal = spds / power[:, None]  # so that the scale of a channel does not change the mix
     best: tuple[float, Array] | None = None
-    for white in _whites(cct_k, duv, quality) if wanted_xyz is None else [wanted_xyz]:
+    for white in _whites(cct_k, duv, quality) if wanted_xyz is None else [frozen_array("wanted_xyz", wanted_xyz, (3,))]:
         found = _best_mix(equal, white, quality, most)
         if found is not None and (best is None or found[0] > best[0]):
             best = found
