@@ -125,13 +125,13 @@ def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]
     for reason, count in report.reasons():
         print(f"{count} set aside: {reason}")
     print(f"table: {sweep.store.folder / 'data.csv'}")
+    for name, count in report.not_finite.items():
+        rows = f"{count} of {len(plan.keys)} points"
+        print(f"note: {name!r} is infinite or not a number at {rows}; the table has no number there", file=sys.stderr)
     if report.not_compared:
         print(f"the points are not compared with the reference: {report.not_compared}", file=sys.stderr)
     for name, reason in report.not_computed.items():
         print(f"the column {name!r} is not computed: {reason}", file=sys.stderr)
-    for name, count in report.not_finite.items():
-        rows = f"{count} of {len(plan.keys)} points"
-        print(f"note: {name!r} is infinite or not a number at {rows}; the table has no number there", file=sys.stderr)
     return {
         "computed": report.computed, "recovered": report.recovered, "seconds": round(report.seconds, 3),
         "computing_seconds": round(report.computing_seconds, 3), "failed": len(report.failures),

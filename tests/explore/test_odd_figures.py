@@ -69,7 +69,8 @@ def test_a_figure_shows_outcomes_beside_many_parameters(parameters: int, outcome
     assert shown_at_first(table) == shown.split()
 
 
-def test_a_figure_of_one_variable_has_the_time_beside_it() -> None:
+def test_a_figure_of_one_variable_has_another_beside_it() -> None:
+    assert shown_at_first(PageTable("two", "two", {"a": [1.0, 2.0], "b": [3.0, None]}, ["k", "l"])) == ["a", "b"]
     assert shown_at_first(PageTable("one", "one", {"a": [1.0], "seconds": [2.0]}, ["k"], {
         "a": {"role": "parameter"}, "seconds": {"role": "time"}})) == ["a", "seconds"]  # fmt: skip
 

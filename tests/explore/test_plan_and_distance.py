@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import socket
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
@@ -131,3 +132,24 @@ def test_a_printed_region_is_pasted_into_the_sweep_file(
     assert main(["sweep", str(path), "--plan", "--json"]) == 0
     said = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert (said["points"], said["new"], said["reused"]) == (len(small), 0, len(small))
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--port", "99999999"], "the port is 99999999; expected"),
+        (["--port", "-1"], "the port is -1; expected"),
+        (["--port", "TAKEN"], "cannot be used: Address already in use; choose another port"),
+        (["--workers", "0"], "the number of workers is 0; expected"),
+    ],
+)
+def test_a_page_that_cannot_be_served_says_why(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], told: str
+) -> None:
+    """A wrong or taken port ended in a traceback."""
+    assert main(["sweep", str(sweep_file(tmp_path, budget=3)), "--out", str(tmp_path / "out")]) == 0
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        words = [port if word == "TAKEN" else word for word in options]
+        assert main(["explore", str(tmp_path / "out"), "--serve", *words]) == 1
+    assert told in capsys.readouterr().err

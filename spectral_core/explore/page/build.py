@@ -72,14 +72,14 @@ def shown_at_first(table: PageTable) -> list[str]:
     """The variables of a figure that names none: parameters, then outcomes that vary.
 
     Parameters leave room for outcomes, up to half of it: without outcomes the plots show only the sampling design.
-    A single variable has the time beside it, because a plot needs two.
+    A single variable has another column beside it, because a plot needs two.
     """
     roles = {name: table.about.get(name, {}).get("role", "value") for name in table.columns if not is_file_column(name)}
     parameters = [name for name, role in roles.items() if role == "parameter"]
     outcomes = [name for name, role in roles.items() if role not in ("parameter", "time")]
     rest = [name for name in outcomes if _varies(table.columns[name])] or outcomes
     shown = [*parameters[: MOST_SHOWN - min(len(rest), MOST_SHOWN // 2)], *rest][:MOST_SHOWN]
-    return shown if len(shown) > 1 else [*shown, *(name for name, role in roles.items() if role == "time")]
+    return shown if len(shown) > 1 else [*shown, *(name for name in roles if name not in shown)][:2]
 
 
 def _varies(values: Sequence[Any]) -> bool:

@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
+from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.document import compute_node
 from spectral_core.explore.sweep.region import RegionOfInterest
@@ -39,7 +40,8 @@ class LiveSweep:
         apply: Callable[[Mapping[str, Any]], None] | None = None,
         render: Callable[[], str] | None = None,
     ) -> None:
-        self.store, self.folder, self.workers = store, folder, workers
+        self.store, self.folder = store, folder
+        self.workers = require_whole("the number of workers", workers, 1, 1024)
         self._apply, self._render = apply, render
         self._busy = threading.Lock()
         self._status = ""

@@ -15,6 +15,7 @@ from http.cookies import CookieError, SimpleCookie
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
+from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.explore.page.build import page_html, table_of_store
 from spectral_core.explore.page.live import LiveSweep
@@ -30,7 +31,13 @@ class PageServer(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, live: LiveSweep, port: int = 0) -> None:
-        super().__init__(("127.0.0.1", port), _Handler)
+        port = require_whole("the port", port, 0, 65535)
+        try:
+            super().__init__(("127.0.0.1", port), _Handler)
+        except OSError as error:
+            raise InvalidInputError(
+                f"port {port} cannot be used: {error.strerror}; choose another port, or 0 for a free one"
+            ) from error
         self.live = live
         self.token = secrets.token_urlsafe(32)
         self.picture_secret = secrets.token_urlsafe(32)

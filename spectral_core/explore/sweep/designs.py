@@ -28,6 +28,8 @@ MAX_LATTICE_DIMENSIONS = 10
 MAX_BUDGET = 1_000_000
 MAX_REFINEMENTS = 40
 """Levels or doublings that are tried for enough different points, before an error reports narrow constraints."""
+MOST_LISTED = 4096
+"""Combinations of whole numbers and choices that are counted one by one, with the constraints."""
 MOST_TRIED = 50_000
 """Candidates that are tested, beyond 200 per point, before a region is reported to hold too few points."""
 Point = dict[str, Value]
@@ -97,8 +99,8 @@ class Design:
             return self
         if len(space.parameters) > MAX_LATTICE_DIMENSIONS:
             raise InvalidInputError(
-                f"the sweep has {len(space.parameters)} parameters; lattices reach to {MAX_LATTICE_DIMENSIONS}. "
-                "Take design kind = 'sobol', or sweep fewer"
+                f"the sweep has {len(space.parameters)} parameters; a lattice has at most {MAX_LATTICE_DIMENSIONS}. "
+                "Choose the design Sobol (kind = 'sobol'), or sweep fewer parameters"
             )
         from dataclasses import replace
 
@@ -126,24 +128,13 @@ def design_points(
     InvalidInputError : where the region is empty, or the list of points does not fit the parameters.
     """
     region.checked(space)
-    notes: list[str] = []
-    chosen: dict[tuple[Value, ...], Point] = {}
     if design.kind == "list":
-        for point in design.points:
-            _check_listed(space, point)
-            if region.contains(space, point):
-                one = {p.name: p.counted(point[p.name]) for p in space.parameters}
-                chosen.setdefault(_address(space, one), one)
-        left_out = len(design.points) - len(chosen)
-        if left_out:
-            notes.append(f"{left_out} listed points are left out: outside of the region, or listed twice")
-        return list(chosen.values()), notes
-    for point in known:
-        if region.contains(space, point):
-            chosen.setdefault(_address(space, point), dict(point))
+        return _listed_points(space, region, design)
+    notes: list[str] = []
+    chosen = {_address(space, point): dict(point) for point in known if region.contains(space, point)}
     budget = design.budget
     limit = _combinations(space, region)
-    if limit is not None and limit <= 4096:
+    if limit is not None and limit <= MOST_LISTED:
         every = [point for point in _all_points(space, region) if region.contains(space, point)]
         if len(every) < budget:
             notes.append(
@@ -152,25 +143,45 @@ def design_points(
             budget = len(every)
             for point in every:
                 chosen.setdefault(_address(space, point), point)
-    batches = _batches(space, region, design)
-    tried = 0
-    for _ in range(MAX_REFINEMENTS):
-        if len(chosen) >= budget or tried > MOST_TRIED + 200 * budget:
-            break
-        batch = next(batches)
-        tried += len(batch)
-        for unit_point in batch[: MOST_TRIED + 200 * budget]:
-            point = space.values(unit_point)
-            if region.contains(space, point):
-                chosen.setdefault(_address(space, point), point)
-                if len(chosen) >= budget:
-                    break
+    _add_drawn(chosen, budget, space, region, design)
     if len(chosen) < budget:
         raise InvalidInputError(
             f"only {len(chosen)} of {budget} different points were found in the region; its constraints leave almost "
             "no room, or its parameters take few values"
         )
     return list(chosen.values()), notes
+
+
+def _listed_points(space: Space, region: RegionOfInterest, design: Design) -> tuple[list[Point], list[str]]:
+    """The different points of a list that are in the region, and a note if some are not."""
+    chosen: dict[tuple[Value, ...], Point] = {}
+    for point in design.points:
+        _check_listed(space, point)
+        if region.contains(space, point):
+            one = {p.name: p.counted(point[p.name]) for p in space.parameters}
+            chosen.setdefault(_address(space, one), one)
+    left_out = len(design.points) - len(chosen)
+    note = f"{left_out} listed points are left out: outside of the region, or listed twice"
+    return list(chosen.values()), [note] if left_out else []
+
+
+def _add_drawn(
+    chosen: dict[tuple[Value, ...], Point], budget: int, space: Space, region: RegionOfInterest, design: Design
+) -> None:
+    """Add points of the design to ``chosen`` until it has ``budget`` of them, or too few are found."""
+    batches = _batches(space, region, design)
+    most, tried = MOST_TRIED + 200 * budget, 0
+    for _ in range(MAX_REFINEMENTS):
+        if len(chosen) >= budget or tried > most:
+            return
+        batch = next(batches)
+        tried += len(batch)
+        for unit_point in batch[:most]:
+            point = space.values(unit_point)
+            if region.contains(space, point):
+                chosen.setdefault(_address(space, point), point)
+                if len(chosen) >= budget:
+                    return
 
 
 def _batches(space: Space, region: RegionOfInterest, design: Design) -> Iterator[NDArray[np.float64]]:
