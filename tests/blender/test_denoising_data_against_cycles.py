@@ -105,3 +105,13 @@ def test_denoising_data_equal_those_of_cycles(three, name, transport):
     apart = dict(zip(BALLS, np.abs(ours - theirs).max(axis=-1) * scale, strict=True))
     assert max(apart.values()) < 0.02, apart
     assert theirs.std() > 0.1
+
+
+def test_normals_of_a_panorama_have_the_axes_of_cycles(three, tmp_path):
+    camera = bpy.context.scene.camera
+    camera.data.type, camera.location = "PANO", (0.5, -4, 1.5)
+    owner = camera.data if hasattr(camera.data, "panorama_type") else camera.data.cycles
+    owner.panorama_type = "EQUIRECTANGULAR"
+    theirs, ours = (rendered(tmp_path / f"{name}.exr", name)["Denoising Normal"] for name in ("CYCLES", "SPECTRAL"))
+    assert np.quantile(np.abs(ours - theirs), 0.9) < 0.02
+    assert np.abs(theirs).max() > 0.8

@@ -108,7 +108,9 @@ class DenoisingData(LobeColors):
         """The means in linear sRGB, in the axes of the camera, and in units of the scene."""
         if self.plan is not None:
             albedo = albedo @ RGB_FROM_XYZ.T
-        axes = np.stack([self.frame.right, self.frame.up, -self.frame.back], axis=1)
+        right, up, ahead = self.frame.right, self.frame.up, -self.frame.back
+        # a panorama of Cycles looks along its x axis
+        axes = np.stack([right, up, ahead] if self.frame.camera.panorama is None else [ahead, -right, up], axis=1)
         found = {
             "Denoising Albedo": np.maximum(albedo, 0.0),
             "Denoising Normal": normal @ axes,
