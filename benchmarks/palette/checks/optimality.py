@@ -55,7 +55,7 @@ def _gain(problem: PaletteProblem, solution: PaletteSolution, side: str, present
     shown_now = colors(problem, solution)
     squares = _Squares(problem, side, free, shown_now)
     here = squares.of(shown_now, present)
-    if here <= squares.rounding():
+    if here <= squares.rounding_of_colors():
         return 0.0
     unknown = [cp.Variable(problem.grid.size) if each else None for each in free]
     constraints: list[Any] = []
@@ -94,8 +94,11 @@ def _gain(problem: PaletteProblem, solution: PaletteSolution, side: str, present
         float(np.abs(each.dual_value) @ (ours + theirs))
         for each, (ours, theirs) in zip(equalities, misses, strict=True)
     )
-    # Sums are known to their rounding, so that a decrease within it is none.
-    return max(0.0, (here - squares.of(shown, found) - squares.rounding()) / here - slack)
+    # Sums are known to their rounding, so that a decrease within it is none: errors e of colors that are known to δ
+    # have squares that are known to 2 |e| |δ| + |δ|² (Cauchy and Schwarz).
+    own = squares.rounding_of_colors()
+    rounding = 2.0 * float(np.sqrt(here * own)) + own
+    return max(0.0, (here - squares.of(shown, found) - rounding) / here - slack)
 
 
 class _Squares:
@@ -133,7 +136,7 @@ class _Squares:
             total += float(np.sum((self.rough @ values) ** 2)) if is_free else 0.0
         return total
 
-    def rounding(self) -> float:
+    def rounding_of_colors(self) -> float:
         """The sum of squares that the rounding of all colors makes: at a weight of 10⁴, 10⁸ times that at 1."""
         sizes = [float(np.sum((weight * self.metric[cell]) ** 2)) / 3 for cell, weight in self.weights.items()]
         return ROUNDING**2 * max(sum(sizes), 1.0)
