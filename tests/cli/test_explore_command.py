@@ -28,7 +28,7 @@ def test_error_against_time_without_an_error_names_the_option(table: Path, capsy
 def test_a_figure_says_which_columns_it_leaves_out(table: Path, capsys) -> None:
     pytest.importorskip("matplotlib")
     assert main(["explore", str(table), "--figure", str(table / "m.png")]) == 0
-    assert "the first 8 of 10 variables; --columns names others: ['v8', 'v9']" in capsys.readouterr().out
+    assert "shows 8 of 10 variables; name others with --columns: v8, v9" in capsys.readouterr().out
     assert main(["explore", str(table), "--figure", str(table / "m.png"), "--columns", "v0", "v9"]) == 0
     assert "note" not in capsys.readouterr().out
 

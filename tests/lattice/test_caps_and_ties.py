@@ -124,7 +124,7 @@ def test_the_engine_accepts_a_lattice_more_dimensions_and_no_scramble() -> None:
     assert wide.shape == (64, 13) and separation(wide) > 0.3
     with pytest.raises(InvalidInputError, match="the lattice has 4 dimensions, the engine 3"):
         LatticeEngine(3, lattice=covering)
-    with pytest.raises(InvalidInputError, match="17 dimensions"):
+    with pytest.raises(InvalidInputError, match="dimensions is 17"):
         LatticeEngine(17)
 
 

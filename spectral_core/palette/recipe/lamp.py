@@ -100,9 +100,9 @@ class LampQuality:
             if least is not None:
                 require_range(name, least, 0.0, 100.0)
         if self.gamut is not None:
-            low, high = (require_range("gamut (Rg)", end, 0.0, 1e3) for end in frozen_array("gamut", self.gamut, (2,)))
-            if low > high:
-                raise InvalidInputError(f"Rg is requested from {low:g} to {high:g}; swap the two")
+            ends = [require_range("gamut (Rg)", end, 0.0, 1e3) for end in sequence_of("gamut", self.gamut)]
+            if len(ends) != 2 or ends[0] > ends[1]:
+                raise InvalidInputError(f"gamut (Rg) is {ends}; expected two numbers, the least Rg first")
 
     def margins(self, spd: Array, kelvin: float) -> list[float]:
         """Margin of each requested index; negative if it falls short."""
