@@ -48,7 +48,8 @@ def cell_index_of(other: object) -> CellIndex:
     raise InvalidInputError(f"a cell refers to {other!r}; expected (reflectance, light), two whole numbers")
 
 
-def require_kind(name: str, values: Iterable[object], kind: type | tuple[type, ...], expected: str) -> None:
+def require_each(name: str, values: Iterable[object], kind: type, expected: str) -> None:
+    """Raise InvalidInputError that names the first of ``values`` which is not of ``kind``, by its number."""
     for number, value in enumerate(values):
         if not isinstance(value, kind):
             raise InvalidInputError(f"{name}[{number}] is {shown(value)}; expected {expected}")

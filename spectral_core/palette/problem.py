@@ -15,10 +15,10 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_range, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range, require_text
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.cell import LARGEST, Cell, CellMode, require_size
-from spectral_core.palette.given import CellIndex, number_of, require_bounds, require_kind, sequence_of, shown
+from spectral_core.palette.given import CellIndex, number_of, require_bounds, require_each, sequence_of, shown
 from spectral_core.spectra.observer import OBSERVER_NAMES, STANDARD
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
@@ -42,10 +42,10 @@ class PaletteLight:
     """Other lights under which this column's same, black and constant cells should hold too."""
 
     def __post_init__(self) -> None:
-        require_kind("the spectrum of a light", (self.spectrum,), Illuminant, "an Illuminant")
+        require_kind("the spectrum of a light", self.spectrum, Illuminant)
         for name in ("primaries", "variants"):
             object.__setattr__(self, name, sequence_of(f"{name} of light {self.name!r}", getattr(self, name)))
-            require_kind(f"{name} of light {self.name!r}", getattr(self, name), Illuminant, "an Illuminant")
+            require_each(f"{name} of light {self.name!r}", getattr(self, name), Illuminant, "an Illuminant")
         for each in (self.spectrum, *self.primaries, *self.variants):
             require_size(f"light {each.name!r}", each.values)
         requests = {
@@ -81,7 +81,7 @@ class PaletteReflectance:
     def __post_init__(self) -> None:
         require_text("the name of a reflectance", self.name)
         if self.spectrum is not None:
-            require_kind(f"the spectrum of {self.name!r}", (self.spectrum,), Reflectance, "a Reflectance, or None")
+            require_kind(f"the spectrum of {self.name!r}", self.spectrum, Reflectance, "or None")
 
     @property
     def free(self) -> bool:
@@ -149,8 +149,8 @@ class PaletteProblem:
             object.__setattr__(self, name, sequence_of(f"the {name} of a palette", getattr(self, name)))
             if not getattr(self, name):
                 raise InvalidInputError(f"a palette needs at least one of its {name}; got none")
-        require_kind("lights", self.lights, PaletteLight, "a PaletteLight")
-        require_kind("reflectances", self.reflectances, PaletteReflectance, "a PaletteReflectance")
+        require_each("lights", self.lights, PaletteLight, "a PaletteLight")
+        require_each("reflectances", self.reflectances, PaletteReflectance, "a PaletteReflectance")
         rows = sequence_of("the cells of a palette", self.cells)
         object.__setattr__(self, "cells", tuple(sequence_of("a row of cells", row) for row in rows))
         self._check_cells()

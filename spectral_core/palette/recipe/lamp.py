@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog, minimize
 
-from spectral_core.checks import frozen_array, require_range, require_whole
+from spectral_core.checks import frozen_array, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette.given import require_kind, sequence_of
+from spectral_core.palette.given import require_each, sequence_of
 from spectral_core.palette.recipe.fidelity import FidelityReference
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
 from spectral_core.palette.recipe.white import (
@@ -156,8 +156,8 @@ def lamp_recipe(
     started = time.perf_counter()
     quality = LampQuality() if quality is None else quality
     channels = sequence_of("channels", channels)
-    require_kind("channels", channels, Illuminant, "an Illuminant")
-    require_kind("quality", [quality], LampQuality, "a LampQuality")
+    require_each("channels", channels, Illuminant, "an Illuminant")
+    require_kind("quality", quality, LampQuality)
     if not 3 <= len(channels) <= 16:
         raise InvalidInputError(f"a lamp recipe takes 3 to 16 channels; got {len(channels)}")
     most = len(channels) if most_channels is None else require_whole("most_channels", most_channels, 3, len(channels))
