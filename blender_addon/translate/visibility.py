@@ -31,9 +31,11 @@ def cycles_settings(owner: Any, name: str, fallback: Any) -> Any:
     return getattr(getattr(owner, "cycles", None), name, fallback)
 
 
-def terminator_of(obj: Any, depsgraph: Any) -> dict[str, float]:
-    """Fields of an instance: Geometry Offset and Shading Offset of an object's shadow terminator."""
-    owner = whole(obj, depsgraph)
+def terminator_of(obj: Any, owner: Any) -> dict[str, float]:
+    """Fields of an instance: Geometry Offset and Shading Offset of the shadow terminator of an object.
+
+    ``owner``: ``whole`` of the object.
+    """
     lift, shift = (
         max(float(getattr(obj, name) if hasattr(obj, name) else cycles_settings(owner, older, fallback)), 0.0)
         for name, older, fallback in (

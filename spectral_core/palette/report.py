@@ -97,10 +97,8 @@ def _named_cause(
     if status is PaletteStatus.EXACT_CONFLICT and not missed_as_measured(problem, state.colors(), EXACT_LIMIT):
         worst = exact_error(builder.requests, state.colors())[0]
         black = only_black(problem, trace.sides.get("reflectances"), worst)
-        if black:
-            return status, black
-    if status is PaletteStatus.EXACT_CONFLICT and len(trace.sides) > 1:
-        return status, NOT_FOUND
+        if black or len(trace.sides) > 1:
+            return status, black or NOT_FOUND
     if status is PaletteStatus.IMPROVING and not _is_exact_optimum(trace):
         return status, ROUGH
     extreme = ""

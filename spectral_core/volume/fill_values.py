@@ -17,11 +17,11 @@ def range_without_fill_values(data: NDArray[Any]) -> tuple[float, float]:
     some = some_values(data)
     kept = without_fill_values(some)
     low, high = float(data.min()), float(data.max())
-    reach = _FAR * float(kept[-1] - kept[0])
+    span = float(kept[-1] - kept[0])
     # Voxels between those looked at may hold lower and higher values, and fill values as well.
-    if kept[0] > some[0] or kept[0] - low > reach > 0.0:
+    if kept[0] > some[0] or kept[0] - low > _gap(low) * span > 0.0:
         low = float(kept[0])
-    if kept[-1] < some[-1] or high - kept[-1] > reach > 0.0:
+    if kept[-1] < some[-1] or high - kept[-1] > _gap(high) * span > 0.0:
         high = float(kept[-1])
     return low, high
 

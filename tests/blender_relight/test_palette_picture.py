@@ -106,3 +106,18 @@ def test_a_slow_drag_shows_half_the_size_and_then_the_full_picture(stage, palett
         palette.materials[0].cells[0].target = target
     np.testing.assert_allclose(shown[-1], full, rtol=1e-5)
     assert not any(np.array_equal(each[::2, ::2], each[1::2, 1::2]) for each in shown)
+
+
+def test_a_recording_that_turns_out_to_hold_no_spectra_leaves_the_picture_to_a_render(stage, palette, monkeypatch):
+    """It is read on a thread after the table has been told that it is re-lit; then no turn of the dial was shown."""
+    stage.spectral.dial.storage = "DIAL"
+    bpy.ops.spectral.dial_record()
+    middle(stage.spectral.dial)
+    with monkeypatch.context() as patch:
+        patch.setattr(live, "show_soon", lambda scene, failed: live._waiting.update({scene.session_uid: failed}))
+        palette.materials[0].cells[0].target = (0.3, 0.7, 0.2)
+    assert palette.picture == "Re-lit from the recording", palette.message
+    live._show_quietly(stage)
+    assert palette.picture.startswith("Rendered anew: ") and "no spectra" in palette.picture
+    live.show(stage)
+    assert not stage.spectral.dial.message

@@ -44,7 +44,7 @@ def test_every_fact_of_an_object_that_blender_reports_as_an_edit_of_a_material_i
     names = ["pass_index", "color", "is_holdout", "is_shadow_catcher", "lightgroup"]
     names += [each.identifier for each in thing.bl_rna.properties
               if each.identifier.startswith("visible_") and each.identifier != "visible_raycast"]  # fmt: skip
-    assert walked(thing, names, lambda: facts_of(thing, blender.context.evaluated_depsgraph_get())) == {}
+    assert walked(thing, names, lambda: facts_of(thing, thing)) == {}
 
 
 def test_tints_and_dyes_are_refused_together(blender: Any) -> None:

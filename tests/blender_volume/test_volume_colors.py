@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -84,6 +86,10 @@ def test_a_peak_too_narrow_for_a_curve_is_refused(blender, ramp):
     peak = Material("thin", [0.4, 0.4 + 4e-7, 0.4 + 8e-7], [0, 1, 0], [1, 1, 1])
     with pytest.raises(InvalidInputError, match="'thin' has a peak between 0.4 and 0.4000008"):
         store_transfer(data, TransferDocument(TransferFunction((peak,)), "fraction", "voxel"))
+    edge = replace(peak, name="edge", values=[0.0, 0.5, 1.0], gradient_values=[0.0, 0.5, 0.5 + 4e-7, 0.5 + 8e-7, 1.0],
+                   gradient_weights=[0, 0, 1, 0, 0])  # fmt: skip
+    with pytest.raises(InvalidInputError, match="'edge' has a peak between 0.5 and 0.5000008"):
+        store_transfer(data, TransferDocument(TransferFunction((edge,)), "fraction", "voxel"))
     assert stated_transfer(data).transfer.names == before  # the old function is kept
     jump = Material("jump", [0.4, 0.4, 0.4], [0, 1, 0.5], [1, 1, 1])
     store_transfer(data, TransferDocument(TransferFunction((jump,)), "fraction", "voxel"))

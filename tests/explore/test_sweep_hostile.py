@@ -137,6 +137,9 @@ def test_a_program_that_is_not_installed_ends_the_run(tmp_path: Path) -> None:
     swept = CommandNode.of(["no-such-{x}"], ONE, tmp_path)
     with pytest.raises(RenderError, match="no-such-0.5 cannot be started"):
         swept({"x": 0.5}, 0)
+    gone = CommandNode.of(["true", "{x}"], ONE, tmp_path / "gone")
+    with pytest.raises(RenderError, match="true cannot be started: .*gone"):
+        gone({"x": 0.5}, 0)
 
 
 def test_a_point_fails_if_its_pictures_cannot_be_stored(tmp_path: Path) -> None:

@@ -77,3 +77,15 @@ def test_only_the_conflict_of_a_measured_light_is_said_to_be_certain(is_designed
     assert ("with the lights and materials that were found" in solution.remedy) is is_designed
     assert ("No lights and materials were found" in solution.remedy) is is_designed
     assert ("Not all exact cells can hold" in solution.remedy) is not is_designed
+
+
+def test_other_spectra_are_no_remedy_where_measured_ones_exclude_a_color() -> None:
+    """The remedy asked for another start of the lights, which the missed cell does not depend on."""
+    red, blue = (normalized(Illuminant("band", GRID, np.abs(GRID.wavelengths_nm - at) < 15)) for at in (450, 650))
+    lamp = PaletteLight(red, free=True, primaries=(red, blue))
+    rows = ((Cell.fixed(OTHER, exact=True), ANY), (WARM, Cell.fixed((0.2, 0.0, 0.2))))
+    problem = palette(rows)
+    solution = solve_palette(PaletteProblem(GRID, (problem.lights[0], lamp), problem.reflectances, rows))
+    assert solution.status == "exact_conflict"
+    assert "its material and its light are measured" in solution.remedy
+    assert "No lights and materials were found" not in solution.remedy

@@ -54,6 +54,8 @@ NAN = float("nan")
         (lambda: tint_differences(SOLUTION, [(0, 1)], base=-1), "the base of tints span -1 to -1"),
         (lambda: tint_differences(SOLUTION, [(0, 1)], base=NAN), "the base of tints holds 1 value"),
         (lambda: tint_differences(SOLUTION, [(0, 2)]), r"a pair is \(0, 2\); expected two numbers .* from 0 to 1"),
+        (lambda: tint_differences(SOLUTION, iter([(0, 2)])), r"a pair is \(0, 2\)"),
+        (lambda: solve_fluorescent(PROBLEM, {0: iter([GRAY])}), "a dye of reflectance 0 is .* a FluorescentDye"),
         (lambda: TintCriterion(base=2.5), "Kubelka-Munk needs 0 to 1"),
         (lambda: TintCriterion(levels=()), "at least one level"),
         (lambda: solve_with_tints(PROBLEM, iterations=2.5), "iterations is 2.5; expected a whole number"),
@@ -90,3 +92,8 @@ def test_a_wrong_type_is_named(call: Callable[[], object], said: str) -> None:
     with pytest.raises(InvalidInputError, match=said) as raised:
         call()
     assert "\n" not in str(raised.value)
+
+
+def test_values_that_can_be_read_once_count() -> None:
+    """The check of a generator's pairs used them up, and the result had none."""
+    np.testing.assert_array_equal(tint_differences(SOLUTION, iter([(0, 1)])), tint_differences(SOLUTION, [(0, 1)]))

@@ -49,3 +49,14 @@ def test_values_between_those_looked_at_count():
     low, high = ScalarVolume("large", data).range_without_fill_values
     assert low == -0.5
     assert 0.99 < high <= 1.5
+
+
+@pytest.mark.parametrize("at", [100, 101])
+@pytest.mark.parametrize("mark", [-9999.0, 65535.0])
+def test_a_fill_value_is_one_wherever_it_is(at, mark):
+    """Between the voxels that are looked at it needed ten times the gap."""
+    data = np.linspace(0.0, 5000.0, 200**3, dtype=np.float32).reshape(200, 200, 200)
+    data[at, at, at] = mark
+    low, high = ScalarVolume("large", data).range_without_fill_values
+    assert -1.0 < low < 1.0
+    assert 4990.0 < high < 5001.0

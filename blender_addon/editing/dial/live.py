@@ -6,7 +6,7 @@ Without a window a change is handled at once; with one a timer handles all chang
 
 from __future__ import annotations
 
-import contextlib
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -78,12 +78,16 @@ def show(scene: Scene, *, quick: bool = False) -> Any:
     return image
 
 
-def show_soon(scene: Scene) -> None:
-    """``show`` for a light that is dragged; a recording that is not in memory is read on a thread first."""
+def show_soon(scene: Scene, failed: Callable[[Scene, str], None]) -> None:
+    """``show`` for a light that is dragged; a recording that is not in memory is read on a thread first.
+
+    ``failed`` receives the reason if the recording cannot be read then, or cannot show the light.
+    """
     stamp = stamp_of(transport_path(scene.spectral.dial))
     if bpy.app.background or is_known(scene, stamp) or stamp[1:] == MISSING:
         show(scene, quick=True)
     else:
+        _waiting[scene.session_uid] = failed
         changed(scene)
 
 
@@ -151,17 +155,31 @@ def _was_read(stamp: tuple[str, int, int], scene: bpy.types.Scene, mix: Any) -> 
     if isinstance(mix, str):
         scene.spectral.dial.message = mix
         redraw_dial()
+        _tell(scene, mix)
         return
     remember(scene, mix, stamp)  # another file may have been chosen meanwhile
     _show_quietly(scene)
 
 
 def _show_quietly(scene: bpy.types.Scene) -> None:
-    with contextlib.suppress(SpectralError, OSError):  # dial.message reports it
+    why = ""
+    try:
         show(scene)
+    except (SpectralError, OSError) as error:  # dial.message reports it
+        why = str(error)
     redraw_dial()
+    _tell(scene, why)
 
 
+def _tell(scene: bpy.types.Scene, why: str) -> None:
+    """Tell who waits for a light of a recording that was read; "" if it is shown."""
+    failed = _waiting.pop(scene.session_uid, None)
+    if failed is not None and why:
+        failed(scene, why)
+
+
+_waiting: dict[int, Callable[[Scene, str], None]] = {}
+"""By session number of the scene: who waits for a light until the recording is read."""
 LIVE = Deferred(_follow, delay_seconds=DELAY_SECONDS)
 SHARPEN = Deferred(lambda _: None, _sharpen, delay_seconds=DELAY_SECONDS, rest_seconds=SHARPEN_SECONDS)
 READS, HALVES = Behind("light dial"), Behind("half-size light")
@@ -223,6 +241,7 @@ def unregister() -> None:
         getattr(bpy.app.handlers, name).remove(handler)
     hooks.ignore(Topic.DIAL)
     forget_mixes()
+    _waiting.clear()
     LIVE.cancel()
     SHARPEN.cancel()
     READS.stop()

@@ -113,15 +113,28 @@ def _relight(scene: Scene, blocks: dict[ID, tuple[Spectrum, float]]) -> str:
     if not why:
         kept_mix.design(scene, lights)
         try:
-            dial_live.show_soon(scene)
+            dial_live.show_soon(scene, _not_relit)
         except (SpectralError, OSError) as error:
             scene.spectral.dial.message = ""
             why = str(error)
     if why:
-        kept_mix.design(scene, {})
-        if _is_rendered(scene):
-            dial_live.uncover(scene)  # it would hide the rendered picture
+        _leave_recording(scene)
     return why
+
+
+def _leave_recording(scene: Scene) -> None:
+    """Let the dial show the recorded lights."""
+    kept_mix.design(scene, {})
+    if _is_rendered(scene):
+        dial_live.uncover(scene)  # it would hide the rendered picture
+
+
+def _not_relit(scene: Scene, why: str) -> None:
+    """A recording that was read meanwhile cannot show the solution."""
+    _leave_recording(scene)
+    scene.spectral.palette.picture = f"{RENDERED}: {why}"
+    if not _is_rendered(scene):
+        dial_live.changed(scene)
 
 
 def _bulbs(

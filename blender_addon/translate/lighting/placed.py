@@ -41,7 +41,7 @@ def _light(found: Collected, name: str, obj: Any, instance: Any) -> Light | None
     seen = tuple(lamp_seen_as(found.translation, instance).values())
     state = (
         name,
-        facts_of(obj, found.translation.depsgraph),
+        facts_of(obj, obj),
         seen,
         muted_links_of(original.data),
         tuple(map(tuple, instance.matrix_world)),

@@ -102,7 +102,7 @@ def _shared(found: Collected, obj: Any, instance: Any, materials_of: MaterialsOf
         "index": int(obj.pass_index),
         "shown_as": obj.name,
         "asset": root_of(obj.original).name,
-        **terminator_of(obj, found.translation.depsgraph),
+        **terminator_of(obj, whole(obj, found.translation.depsgraph)),
     }
     varies = any(item.displacement or item.filling is not None for item in materials)
     return Shared(mesh, materials, reads, fields, varies)

@@ -16,11 +16,11 @@ import numpy as np
 
 from spectral_core.scene import Instance, Light, Note
 
+from ..context import Translation, whole
 from ..visibility import hidden_from, terminator_of
 from .owners import muted_links_of
 
 if TYPE_CHECKING:
-    from ..context import Translation
     from ..objects import Collected
     from .kept import Kept
 
@@ -35,11 +35,14 @@ class RepeatWalk(Exception):
     """The walk must be repeated."""
 
 
-def facts_of(obj: Any, depsgraph: Any) -> tuple[Any, ...]:
-    """Properties of an evaluated object whose change Blender reports in the words of an edited material."""
+def facts_of(obj: Any, owner: Any) -> tuple[Any, ...]:
+    """Properties of an evaluated object whose change Blender reports in the words of an edited material.
+
+    ``owner``: ``whole`` of the object.
+    """
     return (
         obj.name_full, obj.pass_index, tuple(obj.color), hidden_from(obj), obj.is_holdout, obj.is_shadow_catcher,
-        obj.original.lightgroup, *terminator_of(obj, depsgraph).values(),
+        obj.original.lightgroup, *terminator_of(obj, owner).values(),
     )  # fmt: skip
 
 
@@ -66,7 +69,7 @@ class Trace:
         if instance.is_instance:
             self.repeated.add(uid)
         if uid not in self.facts:
-            self.facts[uid] = facts_of(instance.object, depsgraph)
+            self.facts[uid] = facts_of(instance.object, whole(instance.object, depsgraph))
             self.names[uid] = instance.object.original.name_full
 
 
@@ -113,7 +116,8 @@ class Walk:
     def _follows_object(self, update: Any, block: Any, uid: int) -> bool:
         if block.type in UNSEEN:
             return not block.is_instancer
-        if facts_of(block, self.found.translation.depsgraph) != self.found.trace.facts.get(uid):
+        # an update names the whole object; the depsgraph of the last walk may be gone
+        if facts_of(block, block) != self.found.trace.facts.get(uid):
             return False
         if uid in self.lights:
             self.edited.add(uid)

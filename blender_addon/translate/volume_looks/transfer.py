@@ -107,6 +107,8 @@ def store_transfer(volume: Volume, stated: TransferDocument) -> None:
         for heights in (material.extinction, material.emission):
             if heights is not None:
                 require_held(material.name, material.values, heights)
+        if material.gradient_values is not None and material.gradient_weights is not None:
+            require_held(material.name, material.gradient_values / _steepest(material), material.gradient_weights)
     colors = np.clip(display_matrix(transfer), 0.0, 1.0) @ np.linalg.inv(_rgb_from_working()).T
     clear(volume)
     for material, color in zip(transfer.materials, colors, strict=True):
@@ -124,9 +126,15 @@ def _store(volume: Volume, material: Material, color: np.ndarray, wavelengths_nm
     if material.emission is not None and np.any(material.emission):
         entry.emission = _store_curve(volume, entry, "emission", material.values, material.emission)
     if material.gradient_values is not None and material.gradient_weights is not None:
-        steepest = max(float(material.gradient_values.max()), LEAST_STEEPNESS)
+        steepest = _steepest(material)
         entry.use_gradient, entry.gradient = True, steepest
         set_curve(volume, entry, "gradient", material.gradient_values / steepest, material.gradient_weights)
+
+
+def _steepest(material: Material) -> float:
+    """Gradient at the end of the curve of gradients."""
+    knots = material.gradient_values
+    return LEAST_STEEPNESS if knots is None else max(float(knots.max()), LEAST_STEEPNESS)
 
 
 def _store_curve(volume: Volume, entry: PropertyGroup, which: str, values: np.ndarray, heights: np.ndarray) -> float:

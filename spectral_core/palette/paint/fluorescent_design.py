@@ -105,6 +105,7 @@ def solve_fluorescent(
     """
     require_kind("the palette", problem, PaletteProblem)
     require_kind("the dyes", dyes, Mapping, "of tuples of dyes by the number of their reflectance")
+    dyes = {item: sequence_of(f"dyes of reflectance {item}", given) for item, given in dyes.items()}
     _require_supported(problem, dyes)
     require_range("seconds", seconds, 0.0, 1e6)
     if start is not None:
@@ -113,7 +114,7 @@ def solve_fluorescent(
             require_kind("a light of an earlier solution", light, Spectrum)
         if len(start) != len(problem.lights):
             raise InvalidInputError(f"start has {len(start)} lights; expected {len(problem.lights)}")
-    own = [tuple(dyes.get(row, ())) for row in range(len(problem.reflectances))]
+    own = [dyes.get(row, ()) for row in range(len(problem.reflectances))]
     design = FluorescentSpectra(problem, compiled_requests(problem), own)
     if start is not None:
         design.start_from(start)
@@ -174,7 +175,7 @@ def _require_supported(problem: PaletteProblem, dyes: Dyes) -> None:
     if found:
         raise InvalidInputError(f"a palette with fluorescence has {', '.join(found)}; it is designed without them")
     for item, given in dyes.items():
-        for dye in sequence_of(f"dyes of reflectance {item}", given):
+        for dye in given:
             require_kind(f"a dye of reflectance {item}", dye, FluorescentDye)
         if not isinstance(item, int | np.integer) or not 0 <= item < len(problem.reflectances):
             raise InvalidInputError(f"dyes for reflectance {item}; expected 0 to {len(problem.reflectances) - 1}")

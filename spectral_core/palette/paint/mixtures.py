@@ -114,7 +114,8 @@ def tint_differences(
     require_kind("the solution", solution, PaletteSolution, "from solve_palette")
     grid, count = solution.problem.grid, len(solution.reflectances)
     white = base_on(base, grid.size)
-    for pair in (sequence_of("a pair", each) for each in sequence_of("pairs", pairs)):
+    pairs = [sequence_of("a pair", each) for each in sequence_of("pairs", pairs)]
+    for pair in pairs:
         if len(pair) != 2 or not all(isinstance(k, int | np.integer) and 0 <= k < count for k in pair):
             raise InvalidInputError(f"a pair is {pair}; expected two numbers of reflectances, from 0 to {count - 1}")
     surfaces = [surface.at(grid.wavelengths_nm) for surface in solution.reflectances]

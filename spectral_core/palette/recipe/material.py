@@ -191,11 +191,12 @@ def material_recipe(
     InvalidInputError : no light is given, or a number is out of range.
     """
     started = time.perf_counter()
+    lights = sequence_of("lights", lights)
     if not lights:
         raise InvalidInputError("a recipe needs at least one light under which the colors shall agree; got none")
     require_kind("the colorants", colorants, Colorants)
     require_kind("the wanted reflectance", target, Spectrum)
-    for light in sequence_of("lights", lights):
+    for light in lights:
         require_kind("a light", light, Spectrum)
     seed = require_whole("seed", seed, 0, 1 << 62)
     count = len(colorants.names)

@@ -107,7 +107,7 @@ class LobeColors(Accumulator):
         share = dr.select(hole, 1.0 - channel_mean(dr, passed), 0.0)
         if first_hit.rules is None or not first_hit.rules.has_holdout_surfaces:
             return share
-        marks = si.dn_dv
+        marks = self._mi.Vector3f(si.dn_dv)  # a copy: the field itself changes below
         si.dn_dv = self._mi.Vector3f(QUESTION, 0.0, 0.0)
         asked = channel_mean(dr, bsdf.eval_null_transmission(si, seen & ~hole) - passed)
         si.dn_dv = marks

@@ -19,6 +19,8 @@ Array = NDArray[Any]
 
 WIDTH = 1024
 """Pixels of a row of the picture that Blender reads."""
+ROWS = 64
+"""Rows of an image whose intermediate numbers are in memory at a time."""
 
 
 def scene_linear(colors: Array, space: str) -> Array:
@@ -36,9 +38,12 @@ def as_in_file(colors: Array, alpha: Array | None) -> Array:
     ``alpha``: (height, width, 1) by which Blender has divided the file's colors before it undid the curve; None for
     none.
     """
-    share = np.ones((1, 1, 1)) if alpha is None else np.where(alpha > 0, alpha, 1.0)
-    curved = display_rgb_from_linear(colors[..., :3] / share) * share
-    return np.concatenate([curved, colors[..., 3:]], axis=2).astype(np.float32)
+    curved = np.array(colors, dtype=np.float32)
+    for start in range(0, len(colors), ROWS):
+        rows = slice(start, start + ROWS)
+        share: Array | float = 1.0 if alpha is None else np.where(alpha[rows] > 0, alpha[rows], 1.0)
+        curved[rows, :, :3] = display_rgb_from_linear(colors[rows, :, :3] / share) * share
+    return curved
 
 
 def _converted(rgb: Array, space: str) -> Array:

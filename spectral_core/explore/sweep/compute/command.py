@@ -117,7 +117,9 @@ class CommandNode:
             raise RenderError(f"{words[0]} took longer than {self.limit_s:g} s") from error
         except OSError as error:
             text = f"{words[0]} cannot be started: {error}"
-            if "{" in self.words[0]:  # the program itself is swept, and others may start
+            is_missing = isinstance(error, FileNotFoundError | PermissionError) and Path(self.folder).is_dir()
+            # other errors are those of a moment or of one point; a program that is swept may start at other points
+            if not is_missing or "{" in self.words[0]:
                 raise RenderError(text) from error
             raise MissingDependencyError(f"{text}; install the program, or name it with its path") from error
 
