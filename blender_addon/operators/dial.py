@@ -85,7 +85,7 @@ class SPECTRAL_OT_dial_save(WaitingForFile, bpy.types.Operator, ExportHelper):
     bl_options: set[str] = set()
     filename_ext = ".png"
     filter_glob: StringProperty(default="*.png;*.exr", options={"HIDDEN"})
-    animation: BoolProperty(name="Animation", default=False, description="All frames of the scene, numbered")
+    animation: BoolProperty(name="Animation", default=False, description="Write all frames, as numbered files")
     check_extension = None
 
     _saving: Saving | None = None

@@ -114,7 +114,7 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
     clip: BoolProperty(
         name="Move into Gamut",
         default=True,
-        description="Replace colors that no screen can show by the nearest ones that it can",
+        description="Replace each color that screens cannot show by the nearest color that they can show",
     )
 
     @reporting

@@ -22,7 +22,7 @@ PRESETS = [
     ("HIDDEN_MARK", "Hidden Mark", "A mark that daylight hides and a street lamp reveals", 2),
     ("COLOR_CONSTANCY", "Color Constancy", "One material keeps its color when the light changes, another does not", 3),
     ("XRAY_SMOKE", "X-Ray Smoke", "A smoke that is invisible under two lights and visible under a third", 4),
-    ("MOST_DISTINCT", "Most Distinct", "Materials that match in daylight and differ as much as possible elsewhere", 5),
+    ("MOST_DISTINCT", "Most Distinct", "Materials that match in daylight and differ the most under a sodium lamp", 5),
 ]
 
 LAMP_NAMES = {"D65": "Daylight", "HP1": "Sodium", "A": "Tungsten", "FL11": "Fluorescent"}

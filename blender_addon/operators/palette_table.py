@@ -32,7 +32,7 @@ class SPECTRAL_OT_palette_add(bpy.types.Operator):
     name: StringProperty(
         name="Name",
         options={"SKIP_SAVE"},
-        description="Empty for the name of the selected lamp or material, or a number",
+        description="Name of the new column or row. Empty: the name of the selected lamp or material, or a number",
     )
 
     @reporting

@@ -69,7 +69,7 @@ class SPECTRAL_OT_sweep_run(bpy.types.Operator):
     pending: BoolProperty(
         name="Only Added Points",
         options={"SKIP_SAVE"},
-        description="Render the points that the page added, without the settings of the panel",
+        description="Render only the points that the page added; the settings of the panel have no effect",
     )
 
     @reporting

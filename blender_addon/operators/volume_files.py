@@ -82,7 +82,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         name="Big Endian", default=False, description="The most significant byte of each number comes first"
     )
     raw_offset: IntProperty(
-        name="Offset", default=0, min=-1, description="Bytes before the data; -1: they end the file"
+        name="Offset", default=0, min=-1, description="Bytes before the data; -1 if the data end the file"
     )
 
     def draw(self, _context: Context) -> None:
