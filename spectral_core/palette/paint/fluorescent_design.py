@@ -114,7 +114,7 @@ def solve_fluorescent(
             require_kind("a light of an earlier solution", light, Spectrum)
         if len(start) != len(problem.lights):
             raise InvalidInputError(f"start has {len(start)} lights; expected {len(problem.lights)}")
-    own = [dyes.get(row, ()) for row in range(len(problem.reflectances))]
+    own = [tuple(dyes.get(row, ())) for row in range(len(problem.reflectances))]
     design = FluorescentSpectra(problem, compiled_requests(problem), own)
     if start is not None:
         design.start_from(start)
