@@ -127,7 +127,7 @@ def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]
     print(f"table: {sweep.store.folder / 'data.csv'}")
     for name, count in report.not_finite.items():
         rows = f"{count} of {len(plan.keys)} points"
-        print(f"note: {name!r} is infinite or not a number at {rows}; the table has no number there", file=sys.stderr)
+        print(f"note: {name!r} has no finite value at {rows}; the table has no number there", file=sys.stderr)
     if report.not_compared:
         print(f"the points are not compared with the reference: {report.not_compared}", file=sys.stderr)
     for name, reason in report.not_computed.items():

@@ -172,4 +172,4 @@ def test_values_that_are_not_finite_are_named_after_the_run(tmp_path: Path, caps
     assert report.not_finite == {"ratio": infinite, "root": imaginary}
     sweep.store.close()
     assert main(["sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]) == 0
-    assert f"'ratio' is infinite or not a number at {infinite} of 6 points" in capsys.readouterr().err
+    assert f"'ratio' has no finite value at {infinite} of 6 points" in capsys.readouterr().err

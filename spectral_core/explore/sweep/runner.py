@@ -60,7 +60,7 @@ class SweepReport:
     not_computed: dict[str, str] = field(default_factory=dict)
     """Why columns of the document's expressions are empty or absent, by name."""
     not_finite: dict[str, int] = field(default_factory=dict)
-    """At how many points a value was infinite or not a number, so that the table has no number there, by column."""
+    """At how many points a column has no finite value, so that the table has no number there, by column."""
 
     def reasons(self) -> list[tuple[str, int]]:
         """Reasons of failures and how many points each has, most first."""

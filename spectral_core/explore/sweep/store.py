@@ -169,7 +169,7 @@ class Store:
         return table, wrong
 
     def not_finite(self, keys: Collection[str]) -> dict[str, int]:
-        """At how many of the rows ``keys`` a column has a value that is infinite or not a number, by its name."""
+        """At how many of the rows ``keys`` a column has no finite value, by its name."""
         chosen = set(keys)
         rows = [row for row in self.ledger.rows("done") if row.key in chosen]
         found = Counter(name for row in rows for name, value in row.outcome.items() if value is None)

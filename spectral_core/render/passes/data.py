@@ -20,7 +20,6 @@ from spectral_core.render.passes.subjects import Subjects
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.media import flight as flights
-from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.scene.passes import DATA_PASSES, LOBES, Passes
@@ -83,11 +82,7 @@ class DataPasses(LobeColors):
         if self._light_samples and self._colors:  # whole rounds of the rays of the light
             samples = self._light_samples * -(-samples // self._light_samples)
         pixel = dr.arange(mi.UInt32, count)
-        left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
-        columns = dr.opaque(mi.UInt32, width)
-        corner = mi.Point2f(mi.Float(pixel % columns) + left, mi.Float(pixel // columns) + bottom)
-        seed = dr.opaque(mi.UInt32, hashed_seed(self.film.seed))
-        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
+        corner, sampler = self._lanes(pixel)
         self._sums = dr.opaque(mi.Float, 0.0, count * self._width)
         self._pixel = pixel
         kinds = self._wanted.cryptomattes

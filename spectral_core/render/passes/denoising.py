@@ -19,7 +19,6 @@ from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.media import flight as flights
-from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
 from spectral_core.scene.passes import DATA_PASSES, DENOISING
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
@@ -79,11 +78,7 @@ class DenoisingData(LobeColors):
         mi, dr = self._mi, self._dr
         width, height = self.film.size
         pixel = dr.arange(mi.UInt32, width * height)
-        left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
-        columns = dr.opaque(mi.UInt32, width)
-        corner = mi.Point2f(mi.Float(pixel % columns) + left, mi.Float(pixel // columns) + bottom)
-        seed = dr.opaque(mi.UInt32, hashed_seed(self.film.seed))
-        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, seed, 6)[0])
+        corner, sampler = self._lanes(pixel)
         samples = min(self.film.samples, MOST_SAMPLES)
         total = dr.opaque(mi.UInt32, samples)
         zeros = [dr.opaque(mi.Float, 0.0, width * height) for _ in range(7)]

@@ -100,10 +100,7 @@ class Accumulator:
     def _trace(self, first_hit: FirstHit, integrator: Any, tile: _Tile, samples: int) -> None:
         mi, dr = self._mi, self._dr
         pixel = self._pixels(tile)
-        left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
-        width = dr.opaque(mi.UInt32, self.film.size[0])
-        corner = mi.Point2f(mi.Float(pixel % width) + left, mi.Float(pixel // width) + bottom)
-        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, self._seed(), 6)[0])
+        corner, sampler = self._lanes(pixel)
         first, total = self._span(samples)
         bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
         tells_apart = getattr(integrator, "book_into", None) if self.keeps_light else None
@@ -178,6 +175,14 @@ class Accumulator:
         dr, color = self._dr, self._measure(light[0], drawn, light[1])
         measured = dr.all(dr.abs(color) < LARGEST_SAMPLE)
         return dr.select(measured, color, 0.0), finite & measured, measured
+
+    def _lanes(self, pixel: Any) -> tuple[Any, Any]:
+        """The lower left corner of each lane's pixel on the film, and the lane's random numbers."""
+        mi, dr = self._mi, self._dr
+        left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
+        width = dr.opaque(mi.UInt32, self.film.size[0])
+        corner = mi.Point2f(mi.Float(pixel % width) + left, mi.Float(pixel // width) + bottom)
+        return corner, path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, self._seed(), 6)[0])
 
     def _seed(self) -> Any:  # of all lanes or of each
         return self._dr.opaque(self._mi.UInt32, hashed_seed(self.film.seed))

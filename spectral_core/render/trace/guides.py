@@ -10,7 +10,6 @@ import numpy as np
 from spectral_core.render.denoise import Guides
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
-from spectral_core.render.trace.path_sampler import path_sampler_class
 from spectral_core.scene import Camera, Film
 
 GUIDE_SAMPLES = 16
@@ -33,10 +32,7 @@ class GuidePass(Accumulator):
         mi, dr = self._mi, self._dr
         width, height = self.film.size
         pixel = dr.arange(mi.UInt32, width * height)
-        left, bottom = map(self._number, self.film.crop[:2] if self.film.crop else (0, 0))
-        columns = dr.opaque(mi.UInt32, width)
-        corner = mi.Point2f(mi.Float(pixel % columns) + left, mi.Float(pixel // columns) + bottom)
-        sampler = path_sampler_class(mi.variant())(mi.sample_tea_32(pixel, dr.opaque(mi.UInt32, self.film.seed), 6)[0])
+        corner, sampler = self._lanes(pixel)
         total, most = dr.opaque(mi.UInt32, samples), dr.opaque(mi.UInt32, MOST_PASSED)
         count = width * height
         zeros = lambda: dr.opaque(mi.Float, 0.0, count)  # noqa: E731
