@@ -4,7 +4,7 @@
 A value at either end of the data is a fill value if it is far beyond all others and is either a number that file
 formats and instruments use for missing data (-9999, -32768, 1e20, …), or one that many voxels of measured data share.
 The labels of a segmentation, of which {0, 1, 2, 255} is one, are far from each other as well, and so is a single bright
-voxel from its surroundings. Both are data.
+voxel from its neighbors. Both are data.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, quadratures_of
 from spectral_core.volume.march.rules import Rule
 from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db
-from spectral_core.volume.pilot_rounding import beside
+from spectral_core.volume.pilot_rounding import beside, beside_camera
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -115,6 +115,11 @@ class Pilot:
         near_x, near_y, smaller_db = beside(view, renderer.volume, x, y)
         near = (renderer.types.Float(near_x), renderer.types.Float(near_y))
         made = limited_by_rounding(made, lambda way: self._march(way, REFERENCE, near)[0], quadrature, smaller_db)
+        from_beside = beside_camera(view, renderer.volume)
+        if from_beside is not None:
+            made = limited_by_rounding(
+                made, lambda way: self._march(way, REFERENCE, view=from_beside)[0], quadrature, 0.0
+            )
         self.reference, self.reference_db, self.reference_scale = made.colors, made.snr_db, made.scale
         self.is_rounded = made.is_rounded
 
@@ -200,9 +205,13 @@ class Pilot:
         return cheapest(trials, quality_db)
 
     def _march(
-        self, stepping: Stepping, limits: Limits = USUAL, pixels: tuple[Any, Any] | None = None
+        self,
+        stepping: Stepping,
+        limits: Limits = USUAL,
+        pixels: tuple[Any, Any] | None = None,
+        view: View | None = None,
     ) -> tuple[Array, float, float]:
-        channels = self.renderer.trace(self.view, self.transfer, stepping, pixels or self.pixels, limits)
+        channels = self.renderer.trace(view or self.view, self.transfer, stepping, pixels or self.pixels, limits)
         k = len(self.transfer.materials)
         amounts = np.stack(channels[:k], axis=-1).astype(np.float64)
         samples, steps = (float(c.mean()) for c in channels[k + 1 :])
