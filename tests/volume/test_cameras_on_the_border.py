@@ -57,7 +57,7 @@ def test_a_camera_on_a_corner_sees_only_its_octant(ends, angle):
 
 
 def test_a_camera_that_single_precision_moves_has_a_lower_stated_error():
-    """A third of a millionth of a voxel outside: no ray to the outside shows anything, but rounding moves the camera."""
+    """Less than a millionth of a voxel outside, where single precision has no number."""
     volume = opaque_box(np.eye(4))
     view = View.looking([19.5 + 7e-7, 13.5 + 4e-7, -0.5], [3.0, 2.0, 9.0], width=60, height=60, fov_deg=90.0)
     renderer = VolumeRenderer(volume)
