@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,7 @@ def chain(count: int, order: np.ndarray, extra: bool) -> tuple[PaletteProblem, s
     """Materials that all equal the one before, a dark one at one end and a bright one at the other."""
     rows = [[Cell.ignore(), Cell.ignore()] for _ in range(count)]
     rows[order[0]][0] = Cell.fixed((0.1, 0.1, 0.1), exact=True)
-    for before, at in zip(order[:-1], order[1:], strict=True):
+    for before, at in pairwise(order):
         rows[at][0] = Cell.same_as((int(before), 0), exact=True)
     rows[order[-1]][1] = Cell.fixed((0.4, 0.4, 0.4), exact=True)
     cells = {(int(at), 0) for at in order} | {(int(order[-1]), 1)}
