@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,7 +22,7 @@ from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, quadratures_of
 from spectral_core.volume.march.rules import Rule
 from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db
-from spectral_core.volume.pilot_rounding import beside, beside_camera
+from spectral_core.volume.pilot_rounding import other_roundings
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -51,6 +52,10 @@ class RayTracer(Protocol):
 
     volume: ScalarVolume
     types: Any
+
+    @property
+    def rounding(self) -> float:
+        """Largest difference of a voxel from its value in single precision, in data units."""
 
     def shown_corners(self, transfer: TransferFunction) -> Array:
         """World corners (8, 3) of the part of the field that is visible under ``transfer``."""
@@ -112,16 +117,13 @@ class Pilot:
         self._tried: dict[Stepping, Trial] = {}
         quadrature = quadratures_of(transfer.uses_gradient)[-1]
         made = refined_reference(lambda way: self._march(way, REFERENCE)[0], quadrature, quality_db + 6.0)
-        near_x, near_y, smaller_db = beside(view, renderer.volume, x, y)
-        near = (renderer.types.Float(near_x), renderer.types.Float(near_y))
-        made = limited_by_rounding(made, lambda way: self._march(way, REFERENCE, near)[0], quadrature, smaller_db)
-        from_beside = beside_camera(view, renderer.volume)
-        if from_beside is not None:
-            made = limited_by_rounding(
-                made, lambda way: self._march(way, REFERENCE, view=from_beside)[0], quadrature, 0.0
-            )
+        for changed, less_db in other_roundings(renderer, view, transfer, x, y):
+            made = limited_by_rounding(made, partial(self._referred, changed), quadrature, less_db)
         self.reference, self.reference_db, self.reference_scale = made.colors, made.snr_db, made.scale
         self.is_rounded = made.is_rounded
+
+    def _referred(self, changed: dict[str, Any], way: Stepping) -> Array:
+        return self._march(way, REFERENCE, **changed)[0]
 
     def sharper(self) -> Pilot:
         """A pilot of the same rays whose reference has an error 25 dB smaller, as far as single precision allows."""
@@ -210,8 +212,11 @@ class Pilot:
         limits: Limits = USUAL,
         pixels: tuple[Any, Any] | None = None,
         view: View | None = None,
+        transfer: TransferFunction | None = None,
     ) -> tuple[Array, float, float]:
-        channels = self.renderer.trace(view or self.view, self.transfer, stepping, pixels or self.pixels, limits)
+        channels = self.renderer.trace(
+            view or self.view, transfer or self.transfer, stepping, pixels or self.pixels, limits
+        )
         k = len(self.transfer.materials)
         amounts = np.stack(channels[:k], axis=-1).astype(np.float64)
         samples, steps = (float(c.mean()) for c in channels[k + 1 :])
