@@ -17,12 +17,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, quadratures_of
 from spectral_core.volume.march.rules import Rule
 from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db
-from spectral_core.volume.pilot_rounding import other_roundings
+from spectral_core.volume.pilot_rounding import Rounded, other_roundings
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -47,15 +46,8 @@ _FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which the steps of every rule a
 _LONGEST: dict[Rule, float] = {"uniform": 4.0}
 
 
-class RayTracer(Protocol):
+class RayTracer(Rounded, Protocol):
     """The methods of a renderer that a pilot calls."""
-
-    volume: ScalarVolume
-    types: Any
-
-    @property
-    def rounding(self) -> float:
-        """Largest difference of a voxel from its value in single precision, in data units."""
 
     def shown_corners(self, transfer: TransferFunction) -> Array:
         """World corners (8, 3) of the part of the field that is visible under ``transfer``."""
