@@ -23,7 +23,7 @@ from spectral_core.palette.given import cell_name
 from spectral_core.palette.inaccurate import missed_as_measured
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
-from spectral_core.palette.report import EXACT_LIMIT, exact_error
+from spectral_core.palette.report import EXACT_LIMIT, exact_error, without_white
 from spectral_core.palette.responses import Responses
 from spectral_core.palette.solution import VISIBLE_DELTA_E, Conflict, PaletteSolution, PaletteStatus
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
@@ -89,16 +89,16 @@ def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
     # A side may have an answer although cells conflict: a color that a measured cell gives can be outside of a box.
     for assembled, _ in sorted(_record(solution).values(), key=lambda side: not side[1].infeasible):
         missed = exact_error(assembled.view.requests, solution.actual_linear_rgb)[1]
-        cells = smallest_conflict(solution.problem, assembled, missed)
-        if cells:
-            return cells
+        if cells := smallest_conflict(solution.problem, assembled, missed):
+            return () if without_white(solution).intersection(column for _, column in cells) else cells
     return ()
 
 
 def _missed(solution: PaletteSolution, requests: Requests) -> dict[CellIndex, float]:
     """The cells with the largest errors, with these errors; missed exact cells come first."""
     broken = exact_error(requests, solution.actual_linear_rgb)[1]
-    errors = solution.delta_e_2000
+    errors = solution.delta_e_2000.copy()
+    errors[:, sorted(without_white(solution))] = np.nan  # their white is the cause, which the remedy states
     visible = np.where(np.isfinite(errors) & (errors > VISIBLE_DELTA_E), errors, -np.inf)
     # A stable order: of equal errors the first in the table counts.
     order = np.argsort(-visible, axis=None, kind="stable")[: CELLS + len(broken)]
