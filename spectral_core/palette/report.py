@@ -133,12 +133,26 @@ def unreachable_whites(problem: PaletteProblem, state: PaletteState) -> list[int
     return found
 
 
+def without_white(solution: PaletteSolution) -> set[int]:
+    """Lights whose white is impossible: it excludes their cells, and the release of no other cell helps."""
+    return set() if solution.state is None else set(unreachable_whites(solution.problem, solution.state))
+
+
 def _white_remedy(problem: PaletteProblem, whites: list[int]) -> str:
-    names = ", ".join(f"“{problem.lights[j].name}”" for j in whites)
-    return (
-        f"The primaries of {names} cannot make the white that the light must show, in any amounts. Add a primary on "
-        "the other side of that white, choose another white, or do not require one."
-    )
+    texts = []
+    for has_primaries in (True, False):
+        own = [f"“{problem.lights[j].name}”" for j in whites if bool(problem.lights[j].primaries) is has_primaries]
+        if own and has_primaries:
+            texts.append(
+                f"The primaries of {', '.join(own)} cannot make the white that the light must show, in any amounts. "
+                "Add a primary on the other side of that white, choose another white, or do not require one."
+            )
+        elif own:
+            texts.append(
+                f"No light has the white that {', '.join(own)} must show: it is more saturated than the colors of the "
+                "spectrum. Choose another white, or do not require one."
+            )
+    return " ".join(texts)
 
 
 def invisible_lights(builder: Assembler, state: PaletteState) -> list[int]:

@@ -3,11 +3,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from spectral_core.errors import SpectralError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.conflicts import conflicting_cells
 from spectral_core.palette.live.session import PaletteSession
 from spectral_core.palette.presets import design_grid
 from spectral_core.spectra.catalogue import illuminant, reflectance
@@ -104,6 +107,20 @@ def test_an_unreachable_white_has_a_separate_remedy(luminance):
     assert solution.status == "exact_conflict"
     assert "cannot make the white" in solution.remedy
     assert "380 and 780 nm" not in solution.remedy
+    # It named the cell as the cause, too, and advised another color or less smoothness.
+    assert not solution.conflicts
+    assert "no other cell" not in solution.remedy
+    exact = replace(solution.problem, cells=((Cell.fixed((0.4, 0.3, 0.2), exact=True),),))
+    assert not conflicting_cells(solve_palette(exact))
+
+
+def test_a_white_outside_of_all_lights_has_a_remedy_without_primaries() -> None:
+    start = Illuminant("new", GRID, np.ones(GRID.size))
+    light = PaletteLight(start, free=True, white_xyz=np.array([0.05, 0.05, 1.0]), luminance=1.0)
+    solution = solve_palette(table((D65, light), (Cell.fixed((0.3,) * 3), Cell.fixed((0.3,) * 3))))
+    assert solution.status == "exact_conflict"
+    assert "No light has the white" in solution.remedy
+    assert "primaries" not in solution.remedy
 
 
 def test_conflicts_distinguish_equal_names():

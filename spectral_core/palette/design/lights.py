@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,8 @@ MEMORY = 20
 STALLED = 1e-10
 """Relative fall of φ in one iteration below which L-BFGS-B stops."""
 MOST_ITERATIONS = 10_000
+HELD_LIMIT = 1e-9
+"""Error of the white of a light, relative to its largest value, up to which a descent takes it."""
 
 
 CHECK_SECONDS, MOST_EVALUATIONS = 8e-3, 20
@@ -61,8 +64,9 @@ class _Found:
 def outer_side(problem: PaletteProblem, requests: Requests) -> Side | None:
     """The side that L-BFGS-B moves, while the other is solved; None if neither way applies.
 
-    Only bounds may restrict the outer side. Lights that must look white, or exact cells of measured reflectances under
-    them, therefore make the lights the inner side, and reflectances the outer one.
+    Only bounds, and the white and luminance of lights, may restrict the outer side. Exact cells of measured
+    reflectances under designed lights therefore make the lights the inner side, and reflectances the outer one. So do
+    lights that must look white, unless exact cells of the reflectances would leave them no choice.
     """
     several = len(problem.observers) > 1 or any(light.variants for light in problem.lights)
     if problem.subspace is not None or (problem.robustness == "worst_case" and several):
@@ -73,13 +77,29 @@ def outer_side(problem: PaletteProblem, requests: Requests) -> Side | None:
     exact = [target.cell for target in requests.targets if target.exact]
     exact += [cell for group in requests.groups for cell, held in zip(group.members, group.exact, strict=True) if held]
     held = any(light.white_xyz is not None or light.luminance is not None for light in problem.lights if light.free)
-    if not held and all(problem.reflectances[i].free for i, _ in exact):
+    if (exact or not held) and all(problem.reflectances[i].free for i, _ in exact):
         return "lights"
     return "reflectances" if all(problem.lights[j].free for _, j in exact) else None
 
 
+def held_lights(assembler: Assembler, state: PaletteState) -> tuple[Array, Array] | None:
+    """Rows and right sides of the equalities of all designed lights, each row relative to its largest number; None if
+    there are none.
+    """
+    blocks = assembler.assembled("lights", state, perceptual=False).quadratic.blocks
+    parts = [block.rows[3 * len(block.keys) :] for block in blocks]
+    if not any(len(part) for part in parts):
+        return None
+    from scipy.linalg import block_diag
+
+    rows = block_diag(*parts)
+    right = np.concatenate([block.targets[3 * len(block.keys) :] for block in blocks])
+    size = np.maximum(np.abs(rows).max(axis=1), 1e-300)
+    return rows / size[:, None], right / size
+
+
 class LightDescent:
-    """L-BFGS-B on φ."""
+    """L-BFGS-B on φ; SLSQP where lights must look white or keep their luminance."""
 
     def __init__(self, assembler: Assembler, state: PaletteState, outer: Side) -> None:
         self.assembler = assembler
@@ -94,6 +114,7 @@ class LightDescent:
         self._unit = max(float(np.mean(np.abs(np.concatenate(values)))), 1e-12)
         perceptual = assembler.problem.match == "perceptual"
         plain = PlainPalette.of(assembler, perceptual=perceptual) if outer == "lights" else None
+        self._held = held_lights(assembler, state) if outer == "lights" else None
         self._phi: Callable[[PaletteState], tuple[float, Array, PaletteState]]
         self._phi = plain.objective if plain is not None else Projected(assembler, outer).objective
         self.plain = plain is not None
@@ -131,6 +152,7 @@ class LightDescent:
         from scipy.optimize import minimize
 
         begun = budget.left
+        state = self._allowed(state)
         objective, _, found = self._phi(state)
         best = _Found(found, objective)
         # L-BFGS-B compares decreases below 1 with 1: the objective is divided by its present size.
@@ -144,7 +166,7 @@ class LightDescent:
                 raise _OutOfTime
             self.evaluations += 1
             objective, gradient, found = self._phi(self._with_lights(state, self._unit * scaled))
-            if objective < best.objective:
+            if objective < best.objective and self._is_allowed(scaled):
                 best.objective, best.state = objective, found
             return objective / size, self._unit / size * gradient
 
@@ -160,8 +182,45 @@ class LightDescent:
             "maxfun": MOST_ITERATIONS,
         }
         with suppress(_OutOfTime):
-            minimize(phi, begin, jac=True, method="L-BFGS-B", bounds=limits, options=options)
+            if self._held is None:
+                minimize(phi, begin, jac=True, method="L-BFGS-B", bounds=limits, options=options)
+            else:
+                options = {"ftol": STALLED, "maxiter": MOST_ITERATIONS}
+                minimize(
+                    phi, begin, jac=True, method="SLSQP", bounds=limits, constraints=self._equality(), options=options
+                )
         return best
+
+    def _equality(self) -> dict[str, Any]:
+        """The white and luminance of the lights, for scipy."""
+        assert self._held is not None
+        rows, right = self._held
+        return {"type": "eq", "fun": lambda scaled: rows @ scaled - right / self._unit, "jac": lambda _: rows}
+
+    def _is_allowed(self, scaled: Array) -> bool:
+        if self._held is None:
+            return True
+        rows, right = self._held
+        miss = np.abs(rows @ scaled - right / self._unit).max(initial=0.0)
+        return bool(miss <= HELD_LIMIT * max(float(np.abs(scaled).max()), 1.0))
+
+    def _allowed(self, state: PaletteState) -> PaletteState:
+        """The state with the nearest lights of the required white and luminance."""
+        from scipy.optimize import minimize
+
+        values = np.concatenate([known(getattr(state, self._outer)[j]) for j in self._items]) / self._unit
+        if self._is_allowed(values):
+            return state
+        low, high = self.assembler.problem.light_bounds
+        found = minimize(
+            lambda x: (0.5 * float((x - values) @ (x - values)), x - values),
+            values,
+            jac=True,
+            method="SLSQP",
+            bounds=[(low / self._unit, high / self._unit)] * values.size,
+            constraints=self._equality(),
+        )
+        return self._with_lights(state, self._unit * found.x) if self._is_allowed(found.x) else state
 
     def _with_lights(self, state: PaletteState, values: Array) -> PaletteState:
         return state.with_values(self._outer, dict(zip(self._items, np.split(values, self._ends), strict=True)))

@@ -55,12 +55,13 @@ def _exact_forces(inner: Assembled, outer: Assembled, answer: Answer) -> list[Ar
         for r, key in enumerate(block.keys):
             if np.isinf(block.weights[3 * r]):
                 multipliers[key] = force[3 * r : 3 * r + 3]
-    return [
-        np.concatenate([multipliers[key] for r, key in enumerate(block.keys) if np.isinf(block.weights[3 * r])])
-        if block.exact.any()
-        else np.zeros(0)
-        for block in outer.quadratic.blocks
-    ]
+    found = []
+    for block in outer.quadratic.blocks:
+        held = [multipliers[key] for r, key in enumerate(block.keys) if np.isinf(block.weights[3 * r])]
+        # Rows that belong to no cell, as the white of a light, are constraints of the descent itself.
+        others = np.zeros(int(block.exact[3 * len(block.keys) :].sum()))
+        found.append(np.concatenate([*held, others]))
+    return found
 
 
 def _strain(inner: Assembled, answer: Answer) -> float:

@@ -45,7 +45,7 @@ def improved(rounds: Rounds, state: PaletteState, budget: Budget, *, perceptual:
     problem = assembler.problem
     outer = outer_side(problem, assembler.requests)
     descent = None if outer is None else LightDescent(assembler, state, outer)
-    if not _fits(assembler):
+    if not _fits(assembler) or Joint.of(assembler, state, perceptual=perceptual) is None:
         if descent is not None:
             state = descent.raced(state, budget, 1.0) if race else descent.down(state, budget, np.inf).state
             rounds.trace.rounds += descent.evaluations
