@@ -61,9 +61,11 @@ def draw_palette(layout: UILayout, context: Context) -> None:
 
 def picture_words(context: Context, palette: PropertyGroup) -> str:
     """How views show a solution that is not applied."""
-    if context.engine != ENGINE and palette.picture != RELIT:
+    if palette.picture == RELIT:
+        return f"The picture of the light dial shows it. {RELIT}."
+    if context.engine != ENGINE:
         return "Rendered views show it with the render engine Spectral."
-    return palette.picture
+    return f"Rendered views show it. {palette.picture}."
 
 
 def _draw_faults(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
