@@ -129,3 +129,14 @@ def test_a_binding_whose_light_was_deleted_says_so(blender) -> None:
     assert drawn() == ["Sconce: energy"]
     bpy.data.lights.remove(lamp)
     assert "no lights named 'Sconce'" in " ".join(drawn())
+
+
+def test_a_palette_is_no_second_source_beside_a_name_or_a_file(registered) -> None:
+    from blender_addon.panels.parts import takes_from_palette
+
+    def offered(source: str, rows: int) -> bool:
+        scene = SimpleNamespace(spectral=SimpleNamespace(palette=SimpleNamespace(materials=range(rows))))
+        return takes_from_palette(SimpleNamespace(scene=scene), SimpleNamespace(source=source))
+
+    assert [offered(source, 2) for source in ("NONE", "CATALOGUE", "FILE", "DESIGNED")] == [True, False, False, True]
+    assert not offered("NONE", 0)
