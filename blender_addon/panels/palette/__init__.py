@@ -50,8 +50,12 @@ def draw_palette(layout: UILayout, context: Context) -> None:
     row = layout.row(align=True)
     row.scale_y = 1.3
     row.enabled = bool(palette.status) and not palette.is_stale
-    row.operator("spectral.palette_apply", icon="BRUSH_DATA")
+    row.operator("spectral.palette_apply", icon="BRUSH_DATA").create = False  # not that of the last call
     row.prop(palette, "apply_colors", text="", icon="SHADING_SOLID")
+    if any(each.material is None for each in palette.materials):
+        row = layout.row()
+        row.enabled = bool(palette.status) and not palette.is_stale
+        row.operator("spectral.palette_apply", text="Apply and Make Materials", icon="MATERIAL").create = True
     if palette.picture:
         told = layout.column()
         told.active = False
