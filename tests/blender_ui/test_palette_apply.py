@@ -191,7 +191,7 @@ def test_a_light_of_two_columns_is_named_with_the_spectrum_that_it_gets(blender,
 
 
 def test_the_first_table_of_an_artist_can_be_applied_by_a_button(blender):
-    """An idea names no material of the scene; the option of the operator is in reach only after a call that succeeds."""
+    """An idea names no material of the scene, and the option is in reach only after a call that succeeds."""
     from unittest.mock import MagicMock
 
     from blender_addon.panels.palette import draw_palette
