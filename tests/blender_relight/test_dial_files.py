@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from blender_addon.editing.dial import kept_mix, live  # noqa: E402
+from blender_addon.editing.dial import kept_mix, live, recording  # noqa: E402
 from blender_addon.editing.dial.paths import transport_path  # noqa: E402
 
 
@@ -180,7 +180,22 @@ def test_an_undo_of_a_recording_does_not_show_it_with_the_powers_of_the_one_befo
     again = shown(bpy.context.scene)
     bpy.ops.ed.undo()
     undone = bpy.context.scene
-    with pytest.raises(Exception, match="was recorded from another scene, or from this one before a change"):
+    with pytest.raises(Exception, match="was recorded from another scene, from this one before a change"):
         live.show(undone)
     bpy.ops.ed.redo()
     np.testing.assert_array_equal(shown(bpy.context.scene), again)
+
+
+def test_a_file_of_another_type_is_refused_before_the_recording(stage, tmp_path, monkeypatch):
+    """An EXR file was written as .png, which no program opened, and Load Transport did not offer."""
+    monkeypatch.setattr(recording.Recording, "run", lambda _: pytest.fail("it was recorded"))
+    stage.spectral.dial.filepath = "//picture.png"
+    with pytest.raises(RuntimeError, match=r"picture\.png does not end in \.exr"):
+        bpy.ops.spectral.dial_record()
+    assert not (tmp_path / "picture.png").exists()
+
+
+def test_transport_is_saved_as_exr_only(stage, dial, tmp_path):
+    with pytest.raises(RuntimeError, match=r"keep\.png does not end in \.exr"):
+        bpy.ops.spectral.dial_keep(filepath=str(tmp_path / "keep.png"))
+    assert dial.filepath == "" and not (tmp_path / "keep.png").exists()

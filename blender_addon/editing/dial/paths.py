@@ -29,9 +29,10 @@ def transport_path(dial: PropertyGroup) -> Path:
 def path_for_recording(scene: Scene) -> Path:
     """File for a new recording of a scene; a file of its own where another scene of the .blend has a recording.
 
-    Raises InvalidInputError if the chosen file has the recording of another scene.
+    Raises InvalidInputError if the chosen file does not end in .exr, or has the recording of another scene.
     """
     dial = scene.spectral.dial
+    require_ending(transport_path(dial))
     recorded = [each for each in bpy.data.scenes if each != scene and each.spectral.dial.scene_hash]
     taken = {transport_path(each.spectral.dial): each.name for each in recorded}
     if dial.filepath and transport_path(dial) in taken:
@@ -44,6 +45,13 @@ def path_for_recording(scene: Scene) -> Path:
         number += 1
         dial.own_ending = "." + bpy.path.clean_name(scene.name) + (f"_{number}" if number > 1 else "")
     return transport_path(dial)
+
+
+def require_ending(path: Path) -> Path:
+    """``path``. Raises InvalidInputError if it does not end in .exr, as a recording does."""
+    if path.suffix.lower() != ".exr":
+        raise InvalidInputError(f"{path.name} does not end in .exr, which a recording is; choose another File")
+    return path
 
 
 _before_save: dict[int, tuple[Path, str]] = {}
