@@ -18,6 +18,7 @@ from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, UnknownNameError
 from spectral_core.files.kept import written_or_kept
 from spectral_core.files.whole import require_writable, whole_file
+from spectral_core.files.whole_picture import require_written
 
 from . import _bands, _blend
 from .plan import translated_scene
@@ -209,6 +210,8 @@ def _copied(plain: Path, path: Path) -> list[str]:
     }
     if not made:
         raise RenderError(f"Blender wrote no picture for {path}; its messages above say why")
+    for each in made:
+        require_written(each)
     with contextlib.ExitStack() as whole:
         for each, copy in made.items():
             shutil.copyfile(each, whole.enter_context(whole_file(copy)))

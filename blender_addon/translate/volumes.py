@@ -18,10 +18,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.errors import FileFormatError, InvalidInputError, SpectralError
 from spectral_core.files.of_process import temporary_folder
+from spectral_core.files.whole_picture import full_disk
 from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.formats.openvdb_format import require_whole
 
 from .context import makers_of, whole
 from .visibility import cycles_settings
@@ -252,14 +254,17 @@ class SavedGrids:
     """A file of grids that modifiers or nodes have made; it is deleted with the last object that refers to this."""
 
     def __init__(self, data: Any) -> None:
-        """``data``: an evaluated Volume data-block. Raises InvalidInputError if its grids cannot be saved."""
+        """``data``: an evaluated Volume data-block. Raises InvalidInputError without grids, FileWriteError."""
         if not len(data.grids):
             raise InvalidInputError(f"volume {data.name!r} has neither a file nor grids; give it one of them")
         name = "".join(c if c.isalnum() else "_" for c in data.name_full)
         self.path = _folder() / f"{name}_{next(_numbers)}.vdb"
         weakref.finalize(self, _delete, self.path)
-        if not data.grids.save(filepath=str(self.path)):
-            raise InvalidInputError(f"the grids of volume {data.name!r} cannot be saved: {data.grids.error_message}")
+        try:
+            data.grids.save(filepath=str(self.path))
+            require_whole(self.path)  # Blender does not report a full disk
+        except (RuntimeError, FileFormatError) as error:
+            raise full_disk(f"the grids of volume {data.name!r}", self.path, error) from error
 
 
 def _delete(path: Path) -> None:
