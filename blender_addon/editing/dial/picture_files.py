@@ -70,8 +70,8 @@ def write_picture(scene: Scene, image: Image, path: Path) -> None:
                 image.file_format = "OPEN_EXR"
                 image.save(filepath=str(unfinished), save_copy=True)
             return
-        with whole_file(path, check=require_whole_picture) as unfinished:
-            with compat.image_format(scene.render, "PNG", color_mode="RGB"):
-                image.save_render(str(unfinished), scene=scene)
+        plain = compat.image_format(scene.render, "PNG", color_mode="RGB")
+        with plain, whole_file(path, check=require_whole_picture) as unfinished:
+            image.save_render(str(unfinished), scene=scene)
     except RuntimeError as error:  # Blender's
         raise FileWriteError(f"{path} could not be written: {error}") from error
