@@ -52,7 +52,8 @@ class Trace:
 
     ``sources``: those of materials, by their key in ``Collected.translated``. ``lights``, ``places``: index of an
     object in ``Collected.lights`` and ``Collected.instances``. ``lamps``: lamp objects by their data. ``repeated``:
-    objects with instances. ``facts``, ``names``: of all objects.
+    objects with instances. ``facts``, ``names``: of all objects that the view shows. ``passed``: objects with an
+    instance that the view does not show.
     """
 
     sources: dict[Any, int] = field(default_factory=dict)
@@ -62,6 +63,11 @@ class Trace:
     repeated: set[int] = field(default_factory=set)
     facts: dict[int, tuple[Any, ...]] = field(default_factory=dict)
     names: dict[int, str] = field(default_factory=dict)
+    passed: set[int] = field(default_factory=set)
+
+    def pass_over(self, instance: Any) -> None:
+        """Take note of an instance that the view does not show, as an object outside of its local view."""
+        self.passed.add(instance.object.original.session_uid)
 
     def see(self, instance: Any, depsgraph: Any) -> None:
         """Take note of an instance of the depsgraph."""
@@ -116,8 +122,11 @@ class Walk:
     def _follows_object(self, update: Any, block: Any, uid: int) -> bool:
         if block.type in UNSEEN:
             return not block.is_instancer
+        trace = self.found.trace
+        if uid in trace.passed and uid not in trace.facts:  # another part of the view takes another walk anyway
+            return _is_shading(update)
         # an update names the whole object; the depsgraph of the last walk may be gone
-        if facts_of(block, block) != self.found.trace.facts.get(uid):
+        if facts_of(block, block) != trace.facts.get(uid):
             return False
         if uid in self.lights:
             self.edited.add(uid)
