@@ -83,6 +83,7 @@ def test_a_material_that_hidden_objects_share_needs_no_walk_in_local_view(quad):
     hidden = [bpy.data.objects.new(f"Away {number}", bpy.data.objects["Ball"].data) for number in range(3)]
     for each in hidden:
         bpy.context.scene.collection.objects.link(each)
+        each.local_view_set(stage.context.space_data, False)  # without a window Blender adds them to it
     updated(stage)
     visited.clear()
     updated(stage, lambda _: setattr(shader(paint)["Roughness"], "default_value", 0.77))
