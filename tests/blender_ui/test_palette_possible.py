@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -40,6 +41,21 @@ def test_an_impossible_color_is_reported_drawn_and_replaced_by_the_nearest(blend
     with pytest.raises(RuntimeError, match="no cell is selected"):
         blender.ops.spectral.palette_clear()
         blender.ops.spectral.palette_possible()
+
+
+def test_a_conflict_is_not_said_to_end_at_a_greater_distance(blender) -> None:
+    """The color that is nearest in CIELAB may be farther away in ΔE2000 after a cell is released."""
+    blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    palette = blender.context.scene.spectral.palette
+    cell = selected(palette, 0, 0)
+    cell.mode, cell.target = "FIXED", (0.1, 0.7, 0.15)
+    blender.ops.spectral.palette_possible()
+    first, *others = palette.possible.words.splitlines()
+    now = float(re.search(r"ΔE2000 (\d+\.\d) away", first)[1])
+    for line in others:
+        remaining = re.search(r"ΔE2000 (\d+\.\d) would remain", line)
+        assert remaining is None or float(remaining[1]) < now, line
+    assert any("ΔE2000 does not fall" in line for line in others), palette.possible.words
 
 
 def selected(palette, row, column):
