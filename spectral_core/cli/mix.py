@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core.cli.shared.spectra import files_in, illuminant_named, reflectance_named
     from spectral_core.palette.paint.mixtures import additive_mixture, paint_mixture
     from spectral_core.palette.texture.reach import stimulus_matrix
-    from spectral_core.spectra.color import display_rgb_from_linear
+    from spectral_core.spectra.color import display_hex_from_linear, display_rgb_from_linear
     from spectral_core.spectra.files import write_spectra
     from spectral_core.spectra.spectrum import Reflectance, common_grid, told_apart
 
@@ -62,10 +62,9 @@ def run(arguments: argparse.Namespace) -> int:
     for light in lights:
         rgb = stimulus_matrix([light], grid) @ mixed
         display = display_rgb_from_linear(rgb)
-        shown = np.round(255 * np.clip(display, 0, 1)).astype(int)
         off = float(np.abs(display - np.clip(display, 0, 1)).max())
         beyond = " (no display shows it: this is the nearest value of each channel)" if off > HALF_STEP else ""
-        colors[light.name] = "#" + "".join(f"{channel:02x}" for channel in shown)
+        colors[light.name] = display_hex_from_linear(rgb)
         print(f"under {light.name}: {colors[light.name]}{beyond}, linear sRGB {np.round(rgb, 4).tolist()}")
     if arguments.out is not None:
         print(f"written to {arguments.out}")

@@ -53,6 +53,12 @@ def display_rgb_from_linear(linear_rgb: ArrayLike) -> Array:
     return np.sign(linear) * np.where(size <= 0.0031308, 12.92 * size, curved)
 
 
+def display_hex_from_linear(linear_rgb: Array) -> str:
+    """A linear RGB color (3,) as ``#rrggbb``, each channel limited to what a display shows."""
+    shown = np.round(255 * np.clip(display_rgb_from_linear(linear_rgb), 0, 1)).astype(int)
+    return "#" + "".join(f"{channel:02x}" for channel in shown)
+
+
 def linear_from_display_rgb(display_rgb: ArrayLike) -> Array:
     """Inverse of display_rgb_from_linear."""
     display = np.asarray(display_rgb, dtype=np.float64)

@@ -100,7 +100,14 @@ def figures_of(outcome: TextureOutcome) -> dict[str, Any]:
     return figures
 
 
+def _observer_named(name: str) -> str:
+    """``cie_1964_10deg`` as people write it: CIE 1964 10°."""
+    return name.replace("cie_", "CIE ").replace("_", " ").replace("deg", "°")
+
+
 def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
+    from spectral_core.spectra.color import display_hex_from_linear
+
     design, designed = outcome.design, outcome.designed_lights
     if designed is not None:
         print(
@@ -108,7 +115,9 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
             f"{(designed.floor + designed.slope) / designed.floor:.2g}:1, their whites differ from D65 by ΔE2000 "
             f"{max(designed.white_delta_e):.3f}"
         )
-        others = ", ".join(f"{each['observer']} {each['to_daylight_delta_e']:.1f}" for each in figures["whites"][1:])
+        others = ", ".join(
+            f"{_observer_named(each['observer'])}: {each['to_daylight_delta_e']:.1f}" for each in figures["whites"][1:]
+        )
         print(f"for other observers the whites differ from D65 by ΔE2000: {others}")
     elif outcome.allowed is not None:
         print(
@@ -127,7 +136,8 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
             f"details kept {loss.contrast:.2f}{ghost}"
         )
     for number, each in enumerate(outcome.wanted_colors, 1):
-        nearest = "" if each.reachable else f"; these spectra reach at best {np.round(each.nearest, 3).tolist()}"
+        shown = display_hex_from_linear(each.nearest)
+        nearest = "" if each.reachable else f"; the nearest color that these spectra can show is {shown}"
         print(f"wanted color {number}: ΔE2000 {each.delta_e:.2f}{nearest}")
     if max(loss.mean for loss in design.losses) > NOTICED_DELTA_E:
         print(
