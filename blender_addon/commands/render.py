@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from spectral_core.cli.shared.outputs import numbered
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, UnknownNameError
 from spectral_core.files.kept import written_or_kept
@@ -32,7 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _blend.add_accuracy_arguments(parser)
     parser.add_argument(
         "--out", type=Path, metavar="FILE",
-        help="picture to write, .png, .jpg, .tif or .exr (linear); default SCENE.png; of an animation FILE_0001.png …",
+        help="picture to write, .png, .jpg, .tif or .exr (linear); default SCENE.png; of an animation FILE_0001.png … "
+        "(FILE####.png)",
     )  # fmt: skip
     parser.add_argument(
         "--bands", type=int, metavar="N",
@@ -158,7 +160,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
 
     from .. import jobs
 
-    path = (_numbered(out, frame) if arguments.animation else out).expanduser().resolve()
+    path = (_of_frame(arguments, out, frame) if arguments.animation else out).expanduser().resolve()
     require_writable(path)  # a render takes hours
     _go_to(scene, frame)
     jobs.records.clear()
@@ -244,10 +246,6 @@ def _tick(scene: Any, names: list[str]) -> None:
             setattr(layer.cycles if of_cycles else layer, tick, True)
 
 
-def _numbered(out: Path, frame: int) -> Path:
-    return out.with_name(f"{out.stem}_{frame:04d}{out.suffix}")
-
-
 def _choose_format(render: Any, path: Path, *, layers: bool) -> None:
     """Set Blender's output to a file; an EXR holds 32-bit floats, and passes as ``layers``."""
     from .. import compat
@@ -282,3 +280,10 @@ def _colors(scene: Any, out: Path, bands: int | None) -> str:
     view = scene.view_settings
     look = "" if view.look == "None" else f", look {view.look}"
     return f"{scene.display_settings.display_device} through the file's view transform {view.view_transform}{look}"
+
+
+def _of_frame(arguments: argparse.Namespace, out: Path, frame: int) -> Path:
+    """The file of a frame; marks in the name of the .blend file are none of the number."""
+    if arguments.out is None:
+        return out.with_name(f"{out.stem}_{frame:04d}{out.suffix}")
+    return numbered(out, frame)
