@@ -19,6 +19,7 @@ from spectral_core.palette.assemble.side import Assembled
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.explain.exact_sets import smallest_conflict
 from spectral_core.palette.explain.releases import Releases, ReleaseSearch
+from spectral_core.palette.explain.words import listed, own_remedy, request_of
 from spectral_core.palette.given import cell_name
 from spectral_core.palette.inaccurate import missed_as_measured
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
@@ -36,6 +37,8 @@ HELPS = 0.8
 """A release is reported if it reduces the error to less than this share."""
 LEAST_HELP = 1e-3
 """ΔE2000 below which a release makes no difference."""
+SHOWN = 0.05
+"""ΔE2000 from which a text shows another number than 0.0."""
 
 
 def find_conflicts(solution: PaletteSolution) -> tuple[Conflict, ...]:
@@ -66,11 +69,11 @@ def with_conflicts(solution: PaletteSolution, *, check: bool = False) -> Palette
     conflicts = find_conflicts(solution)
     if check:
         conflicts = _solved_again(solution, conflicts)
+    seen = tuple(each for each in conflicts if each.delta_e_2000 >= SHOWN)
+    conflicts = seen or tuple(each for each in conflicts if each.relieved_by)
     together = conflicting_cells(solution)
-    texts = [conflicts[0].text] if conflicts else []
+    texts = [each.text for each in conflicts[:1] if each.delta_e_2000 >= SHOWN]
     texts += [_exclusion(solution.problem, together)] if together else []
-    if not texts:
-        return solution
     return replace(solution, conflicts=conflicts, remedy=" ".join([*texts, solution.remedy]))
 
 
@@ -104,7 +107,9 @@ def _missed(solution: PaletteSolution, requests: Requests) -> dict[CellIndex, fl
     order = np.argsort(-visible, axis=None, kind="stable")[: CELLS + len(broken)]
     worst = [(int(i), int(j)) for i, j in zip(*np.unravel_index(order, errors.shape), strict=True)]
     held = sorted({cell for cell in broken if np.isfinite(errors[cell])}, key=lambda cell: (-errors[cell], cell))
-    missed = [*held, *(cell for cell in worst if np.isfinite(visible[cell]) and cell not in held)]
+    unseen = [cell for cell in held if errors[cell] < SHOWN]  # last: beside cells that only black meets, there are many
+    held = [cell for cell in held if errors[cell] >= SHOWN]
+    missed = [*held, *(cell for cell in worst if np.isfinite(visible[cell]) and cell not in held), *unseen]
     return {cell: float(errors[cell]) for cell in missed[:CELLS]}
 
 
@@ -242,14 +247,14 @@ def _with_releases(problem: PaletteProblem, conflict: Conflict, found: Releases 
         return Conflict(cell, error, (), error, several) if conflict.relieved_by else conflict
     if not (found.alone or found.together):
         return Conflict(cell, error, (), error, _blames_none(problem, cell, error))
-    names = [f"{cell_name(problem, other)} ({_request(problem, other)})" for other in found.alone or found.together]
+    names = [f"{cell_name(problem, other)} ({request_of(problem, other)})" for other in found.alone or found.together]
     after = f"it would be about {found.delta_e_2000:.1f}"
     if found.together:
-        what = f"{_list(names)} exclude it, each of them alone. Without all of them {after}. Ignore them."
+        what = f"{listed(names)} exclude it, each of them alone. Without all of them {after}. Ignore them."
     elif len(names) == 1:
         what = f"{names[0]} excludes it. Without this cell {after}. Ignore it."
     else:
-        what = f"{_list(names)} together exclude it. Without one of them {after}. Ignore one of them."
+        what = f"{listed(names)} together exclude it. Without one of them {after}. Ignore one of them."
     return Conflict(cell, error, found.alone, found.delta_e_2000, f"{_missed_by(problem, cell, error)}. {what}")
 
 
@@ -258,42 +263,15 @@ def _missed_by(problem: PaletteProblem, cell: CellIndex, error: float) -> str:
 
 
 def _blames_none(problem: PaletteProblem, cell: CellIndex, error: float) -> str:
-    return f"{_missed_by(problem, cell, error)}, and no other cell is to blame: {_own_remedy(problem, cell)}"
+    return f"{_missed_by(problem, cell, error)}, and no other cell is to blame: {own_remedy(problem, cell)}"
 
 
 def _exclusion(problem: PaletteProblem, cells: Sequence[CellIndex]) -> str:
     names = [cell_name(problem, cell) for cell in cells]
-    text = f"{_list(names)} cannot all be exact" if len(names) > 1 else f"{names[0]} cannot be exact"
+    text = f"{listed(names)} cannot all be exact" if len(names) > 1 else f"{names[0]} cannot be exact"
     compared = {at for cell in cells for at in (cell, *problem.cells[cell[0]][cell[1]].others)}
     is_designed = any(problem.reflectances[i].free for i, _ in compared)
     # One side was tested, and the other was held as it was found.
     if is_designed and (problem.scale_lights or any(problem.lights[j].free for _, j in compared)):
         text += " with the lights and materials that were found, but may be with others"
     return f"{text}."
-
-
-def _list(names: Sequence[str]) -> str:
-    return f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _request(problem: PaletteProblem, at: CellIndex) -> str:
-    """The request of a cell in words."""
-    cell = problem.cells[at[0]][at[1]]
-    words = {
-        CellMode.FIXED: "a color",
-        CellMode.FREE: "a range of colors",
-        CellMode.BLACK: "black",
-        CellMode.SAME: "same as ",
-        CellMode.CONSTANT: "constant with ",
-    }[cell.mode]
-    named = [cell_name(problem, other) for other in cell.others]
-    return ("exact, " if cell.exact else "") + words + (named[0] if len(named) == 1 else _list(named) if named else "")
-
-
-def _own_remedy(problem: PaletteProblem, cell: CellIndex) -> str:
-    light = problem.lights[cell[1]]
-    if not light.free:
-        return (
-            f"the color may be out of reach under {light.name}; brighten or free that light, or choose another color."
-        )
-    return "the color may be out of reach; choose another one, or lower the smoothness."
