@@ -13,6 +13,8 @@ from typing import Any
 import bpy
 import numpy as np
 
+from spectral_core.errors import SpectralError
+
 from . import compat
 from .drawing.covered import covered
 from .drawing.viewport import Canvas, draw_divider, draw_message
@@ -49,6 +51,8 @@ class Viewport:
         """Show an unexpected error in the view: Blender would switch the view off, and say nothing in it."""
         try:
             yield
+        except SpectralError as error:
+            self._session.fail(str(error))
         except Exception as error:  # noqa: BLE001 - of any part of the translation
             traceback.print_exc()
             self._session.fail(f"The view could not be updated ({type(error).__name__}: {error})")

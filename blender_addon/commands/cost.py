@@ -36,8 +36,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the table, then the prediction for the file's settings."""
     from spectral_core.render import RenderProcess
     from spectral_core.render.cost.curve import table
-    from spectral_core.render.cost.figure import write_figure
+    from spectral_core.render.cost.figure import require_drawable, write_figure
 
+    if arguments.plot is not None:
+        require_drawable(arguments.plot)  # the measurement takes minutes
     with _blend.chatter_to_stderr():
         _blend.open_scene(arguments)
         scene = translated_scene(arguments)

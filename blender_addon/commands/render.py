@@ -16,7 +16,9 @@ from typing import Any
 
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, UnknownNameError
-from spectral_core.files.whole import make_folder, whole_file
+from spectral_core.files.kept import written_or_kept
+from spectral_core.files.whole import require_writable, whole_file
+from spectral_core.files.whole_picture import require_written
 
 from . import _bands, _blend
 from .plan import translated_scene
@@ -157,7 +159,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
     from .. import jobs
 
     path = (_numbered(out, frame) if arguments.animation else out).expanduser().resolve()
-    make_folder(path.parent)
+    require_writable(path)  # a render takes hours
     _go_to(scene, frame)
     jobs.records.clear()
     pictures: _bands.Pictures = []
@@ -175,7 +177,12 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         except RuntimeError as error:
             raise RenderError(f"frame {frame}: {_blend.blender_message(error)}") from error
         result = _finished(jobs.records, frame)
-        files = _copied(plain, path) if arguments.bands is None else _bands.write(path, pictures, scene.render)
+        files = written_or_kept(
+            path,
+            lambda place: (
+                _copied(plain, place) if arguments.bands is None else _bands.write(place, pictures, scene.render)
+            ),
+        )
     return {
         "frame": frame,
         "file": files[0],
@@ -203,6 +210,8 @@ def _copied(plain: Path, path: Path) -> list[str]:
     }
     if not made:
         raise RenderError(f"Blender wrote no picture for {path}; its messages above say why")
+    for each in made:
+        require_written(each)
     with contextlib.ExitStack() as whole:
         for each, copy in made.items():
             shutil.copyfile(each, whole.enter_context(whole_file(copy)))

@@ -11,6 +11,7 @@ from typing import Any
 
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.kept import written_or_kept
 from spectral_core.files.whole import require_writable
 
 from . import _blend
@@ -71,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
                 scene, storage, one_per_light=arguments.one_per_light, view=view, render=renderer.render,
                 on_progress=lambda p: print(f"{p.samples}/{p.total} samples", file=sys.stderr),
             )  # fmt: skip
-        write_transport(out, transport)
+        written_or_kept(out, lambda place: write_transport(place, transport))
         seconds = round(time.perf_counter() - start, 2)
         print(f"{out}: light groups {', '.join(map(group_text, transport.groups))}, {seconds:.1f} s")
         if len(transport.groups) == 1 and not arguments.one_per_light:

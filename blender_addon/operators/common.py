@@ -100,10 +100,14 @@ def add_or_remove(rows: Any, index: int, what: str) -> None:
 
 
 def chosen_path(filepath: str) -> Path:
-    """The path argument of an operator. Raises InvalidInputError if it is empty."""
+    """The path argument of an operator. Raises InvalidInputError if it is empty, or beside a .blend without a place."""
     if not filepath.strip():
         raise InvalidInputError("no file is chosen; give its path as filepath=…")
-    return Path(bpy.path.abspath(filepath))
+    if filepath.startswith("//") and not bpy.data.filepath:
+        raise InvalidInputError(
+            f"{filepath} is beside the .blend file, which was never saved; save it first, or give a full path"
+        )
+    return Path(bpy.path.abspath(filepath)).absolute()  # Blender itself cannot write to a path of the current folder
 
 
 def clear_status(context: Context) -> None:

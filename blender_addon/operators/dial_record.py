@@ -20,7 +20,7 @@ from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, color_bulbs, store_members
 from ..editing.dial.names import match_bulbs
-from ..editing.dial.paths import follow_recording, path_for_recording, transport_path
+from ..editing.dial.paths import follow_recording, is_temporary, path_for_recording, require_ending, transport_path
 from ..editing.dial.recording import Recording, remember_recorded, told
 from ..editing.dial.view_process import TableAhead
 from ..translate.dial import storage_name
@@ -71,7 +71,7 @@ def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
         raise FileWriteError(f"{recorded.unsaved}. The recording is in memory: write it elsewhere with Save Transport")
     notes = [f"of {gone} of its lights the objects were deleted meanwhile, so Apply cannot dim them"] if gone else []
     follow_recording(scene, recorded.path)
-    if not dial.filepath and not bpy.data.filepath:
+    if is_temporary(dial):
         notes.append("it is in a temporary folder, so save the .blend, or keep it with Save Transport")
     return "".join(f"; {note}" for note in notes)
 
@@ -223,7 +223,8 @@ class SPECTRAL_OT_dial_keep(WaitingForFile, bpy.types.Operator, ExportHelper):
     filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
 
     def begin(self, context: Context) -> Callable[[], "LiveMix"]:
-        mix, path = kept_mix.live_mix(context.scene), chosen_path(self.filepath)
+        path = require_ending(chosen_path(self.filepath))
+        mix = kept_mix.live_mix(context.scene)
         return lambda: _written(path, mix)
 
     def end(self, scene: Scene, answer: "LiveMix") -> None:

@@ -28,6 +28,12 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
         description="Make linked materials and lights local to this file, so that they can be changed",
     )  # fmt: skip
 
+    @classmethod
+    def description(cls, context: Context, properties: PropertyGroup) -> str:
+        if properties.create:
+            return "Make a Blender material for each row without one, and assign the designed spectra"
+        return str(cls.__doc__)
+
     @reporting
     def execute(self, context: Context) -> None:
         palette = palette_in(context)
@@ -44,7 +50,8 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
         count = _apply(palette)
         if not count:
             raise InvalidInputError(
-                "no row or column names a material or light of the scene; choose some below the table, or create them"
+                "no row or column names a material or light of the scene; choose some below the table, "
+                "or press Apply and Make Materials"
             )
         lost = [fault.text for fault in bindings.faults(palette) if fault.kind in ("deleted", "unused")]
         if lost:

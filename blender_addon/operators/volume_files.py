@@ -113,6 +113,7 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
     def _import(self, path: Path) -> "tuple[Volume, ScalarVolume]":
         """A Volume data-block of the file, or of its sequence, and the (first) volume itself."""
         from spectral_core.volume.files import RawLayout, read_volume, sequence_of
+        from spectral_core.volume.fill_values import fill_values_note
 
         options = {"field": self.field or None, "component": None if self.component < 0 else self.component}
         if self.raw:
@@ -131,6 +132,9 @@ class SPECTRAL_OT_volume_import(bpy.types.Operator, ImportHelper):
         data = bpy.data.volumes.new(first.name)
         try:
             _fill(data, path, first, frames, self._key(), centered=self.size > 0)
+            note = fill_values_note(first.data, first.range_without_fill_values)
+            if note:
+                self.report({"WARNING"}, f"{first.name}: {note}")
             _choose_preset(data, first, self.preset)
         except Exception:
             bpy.data.volumes.remove(data)

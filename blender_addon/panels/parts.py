@@ -61,10 +61,17 @@ def draw_source(layout: UILayout, spectral: PropertyGroup) -> None:
         column.prop(spectral, "file_entry", text="Entry")
 
 
+def takes_from_palette(context: Context, spectral: PropertyGroup) -> bool:
+    """Whether to offer *Take from Palette*: beside a name or a file it would look like a second source."""
+    return spectral.source == "DESIGNED" or (
+        spectral.source == "NONE" and bool(len(context.scene.spectral.palette.materials))
+    )
+
+
 def draw_spectrum(layout: UILayout, context: Context, spectral: PropertyGroup, carrier: str) -> None:
     """Choice, curve and swatches of the spectrum of a material, light, world or node."""
     draw_source(layout, spectral)
-    if spectral.source == "DESIGNED" or (spectral.source == "NONE" and len(context.scene.spectral.palette.materials)):
+    if takes_from_palette(context, spectral):
         layout.operator("spectral.spectrum_from_palette", icon="MOD_SIMPLIFY").carrier = carrier
     if spectral.message:
         message = layout.column()

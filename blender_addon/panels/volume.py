@@ -18,7 +18,7 @@ from ..operators.volume import shown_volume, volume_in
 from ..properties.volume import RANGE_KEY
 from ..translate.spectra.stored import spectrum_of
 from ..translate.volume_looks.curves import curve_node
-from .parts import draw_curve, draw_source, draw_swatches, is_editable, wrapped
+from .parts import draw_curve, draw_source, draw_swatches, is_editable, takes_from_palette, wrapped
 
 LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
 
@@ -144,7 +144,7 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
 def _draw_color(layout: UILayout, context: Context, entry: PropertyGroup, light: Illuminant) -> None:
     """The appearance of a material."""
     draw_source(layout, entry.spectral)
-    if len(context.scene.spectral.palette.materials):
+    if takes_from_palette(context, entry.spectral):
         layout.operator("spectral.volume_color_from_palette", icon="MOD_SIMPLIFY")
     if entry.spectral.message:
         message = layout.column()

@@ -168,7 +168,10 @@ def _visit(found: Collected, instance: Any, shows: Callable[[Any], bool], cullin
     obj = instance.object
     is_shown = instance.show_self
     has_hair = obj.type == "MESH" and instance.show_particles and len(obj.particle_systems) > 0
-    if not (shows(instance) and (is_shown or has_hair)) or culling.leaves_out(obj, instance.matrix_world):
+    if not shows(instance):
+        found.trace.pass_over(instance)
+        return
+    if not (is_shown or has_hair) or culling.leaves_out(obj, instance.matrix_world):
         return
     if found.kept is not None:
         found.trace.see(instance, found.translation.depsgraph)

@@ -4,12 +4,15 @@
 from __future__ import annotations
 
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
 from bpy.types import Scene
+
+from spectral_core.files.whole_picture import require_written
 
 from ..compat import image_format, working_space
 
@@ -109,8 +112,9 @@ def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
         image.pixels.foreach_set(pixels.ravel())
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "view.png"
-            with image_format(scene.render, "PNG", **how):
+            with image_format(scene.render, "PNG", **how), suppress(RuntimeError):  # Blender's, on a full disk
                 image.save_render(str(path), scene=scene)
+            require_written(path)
             read = bpy.data.images.load(str(path))
             read.colorspace_settings.name = "Non-Color"
             found = np.empty(4 * width * height, np.float32)

@@ -36,13 +36,12 @@ def terminator_of(obj: Any, owner: Any) -> dict[str, float]:
 
     ``owner``: ``whole`` of the object.
     """
-    lift, shift = (
-        max(float(getattr(obj, name) if hasattr(obj, name) else cycles_settings(owner, older, fallback)), 0.0)
-        for name, older, fallback in (
-            ("shadow_terminator_geometry_offset", "shadow_terminator_geometry_offset", 0.1),
-            ("shadow_terminator_shading_offset", "shadow_terminator_offset", 0.0),
-        )
-    )
+    try:  # a generator over the names takes three times as long, for each object of an edited material
+        lift, shift = obj.shadow_terminator_geometry_offset, obj.shadow_terminator_shading_offset
+    except AttributeError:
+        lift = cycles_settings(owner, "shadow_terminator_geometry_offset", 0.1)
+        shift = cycles_settings(owner, "shadow_terminator_offset", 0.0)
+    lift, shift = max(float(lift), 0.0), max(float(shift), 0.0)
     return {"terminator_cosine": min(lift, 1.0), "terminator_shift": shift if shift < MOST_SHIFT else 0.0}
 
 

@@ -11,17 +11,19 @@ import weakref
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from os import stat_result
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.errors import FileFormatError, InvalidInputError, SpectralError
+from spectral_core.files.names import file_words
 from spectral_core.files.of_process import temporary_folder
+from spectral_core.files.whole_picture import full_disk
 from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.formats.openvdb_format import require_whole
 
 from .context import makers_of, whole
 from .visibility import cycles_settings
@@ -103,7 +105,7 @@ def voxels_of(data: Any, saved: SavedGrids | None = None, grid: str | None = Non
     return _read(path, data.spectral.grid if grid is None else grid, state.st_mtime_ns, state.st_size)
 
 
-def _stated(data: Any, saved: SavedGrids | None) -> tuple[Path, stat_result]:
+def _stated(data: Any, saved: SavedGrids | None) -> tuple[Path, os.stat_result]:
     """The file of a Volume data-block at its present frame, and its size and time. Raises InvalidInputError."""
     path = file_of(data) if saved is None else saved.path
     try:
@@ -252,14 +254,16 @@ class SavedGrids:
     """A file of grids that modifiers or nodes have made; it is deleted with the last object that refers to this."""
 
     def __init__(self, data: Any) -> None:
-        """``data``: an evaluated Volume data-block. Raises InvalidInputError if its grids cannot be saved."""
+        """``data``: an evaluated Volume data-block. Raises InvalidInputError without grids, FileWriteError."""
         if not len(data.grids):
             raise InvalidInputError(f"volume {data.name!r} has neither a file nor grids; give it one of them")
-        name = "".join(c if c.isalnum() else "_" for c in data.name_full)
-        self.path = _folder() / f"{name}_{next(_numbers)}.vdb"
+        self.path = _folder() / f"{file_words([data.name_full])[0]}_{next(_numbers)}.vdb"
         weakref.finalize(self, _delete, self.path)
-        if not data.grids.save(filepath=str(self.path)):
-            raise InvalidInputError(f"the grids of volume {data.name!r} cannot be saved: {data.grids.error_message}")
+        try:
+            data.grids.save(filepath=str(self.path))
+            require_whole(self.path)  # Blender does not report a full disk
+        except (RuntimeError, FileFormatError) as error:
+            raise full_disk(f"the grids of volume {data.name!r}", self.path, error) from error
 
 
 def _delete(path: Path) -> None:

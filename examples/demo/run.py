@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import MissingDependencyError, RenderError
-from spectral_core.files.whole import make_folder
+from spectral_core.files.whole import require_writable
 from spectral_core.palette import PaletteReflectance, PaletteSolution, solve_palette
 from spectral_core.palette.files import write_palette
 from spectral_core.palette.files.swatches import swatches_of, write_swatches
@@ -68,7 +68,7 @@ class DemoResult:
 def run_demo(out: Path, *, samples: int, percentage: int, say: Callable[[str], None]) -> DemoResult:
     """Make everything into ``out``. Raises MissingDependencyError without bpy, RenderError if a render failed."""
     bpy = _blender()
-    make_folder(out)
+    require_writable(out / "report.json")
     seconds: dict[str, float] = {}
 
     def staged(name: str, work: Callable[[], Any]) -> Any:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from spectral_core.cli.shared.outputs import files_of_document, require_apart
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.files.whole import make_folder
+from spectral_core.files.whole import require_writable
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
 
@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     folder = arguments.out or Path("out") / name
     if arguments.palette is not None:
         require_apart([folder / each for each in WRITTEN], files_of_document(arguments.palette))
-    make_folder(folder)  # before the work, which would be lost without it
+    require_writable(folder / WRITTEN[0])  # before the work, which would be lost without it
     solution = solve_palette(problem)
     written = _write(folder, solution)  # before printing, because the reader of the table may close the pipe
     _print(solution)

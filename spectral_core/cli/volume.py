@@ -189,17 +189,27 @@ def _transfer(given: str, frames: Sequence[_Frame]) -> Callable[[ScalarVolume], 
 
     named = given.removeprefix("preset:")  # as the integrator's files spell it
     is_file = Path(given).suffix.lower() in (".toml", ".json") or (named not in PRESETS and Path(given).is_file())
-    if len(frames) == 1:
-        return lambda volume: read_transfer(given).for_volume(volume) if is_file else preset(named, volume)
     stated = read_transfer(given) if is_file else None
     if stated is not None and stated.values == "data":
         return stated.for_volume
-    ranges = [frame.read().range_without_fill_values for frame in frames]
+    if len(frames) == 1:
+        return lambda volume: preset(named, _noted(volume)) if stated is None else stated.for_volume(_noted(volume))
+    ranges = [_noted(frame.read()).range_without_fill_values for frame in frames]
     all_frames = min(low for low, _ in ranges), max(high for _, high in ranges)
     if stated is None:  # fitted to the frame of the widest range, and stretched to that of all frames
         widest = frames[max(range(len(ranges)), key=lambda index: ranges[index][1] - ranges[index][0])].read()
         stated = stated_in_fractions(preset(named, widest), widest)
     return partial(stated.for_volume, value_range=all_frames)
+
+
+def _noted(volume: ScalarVolume) -> ScalarVolume:
+    """The volume, after a note on its values that presets and fractions leave out."""
+    from spectral_core.volume.fill_values import fill_values_note
+
+    note = fill_values_note(volume.data, volume.range_without_fill_values)
+    if note:
+        print(f'{volume.name}: {note}. If it is data, state the knots by value (values = "data")')
+    return volume
 
 
 def _estimate(chosen: Plan) -> str:

@@ -21,12 +21,14 @@ Decoded = TypeVar("Decoded")
 MOST_KEY_PARTS = 16
 """Most parts of a dotted TOML key; the time of the reader is quadratic in their number."""
 
+# Python before 3.11.5 matches a group of alternatives with a possessive quantifier (*+) wrongly, so only sets of
+# characters have one. The first character tells which alternative it is, so that the search stays linear without it.
 _STRING_OR_COMMENT = re.compile(
-    r'"""(?:[^"\\]++|\\.|"(?!""))*+(?:"""|\Z)'
-    r"|'''(?:[^']++|'(?!''))*+(?:'''|\Z)"
-    r'|"(?:[^"\\\n]++|\\.)*+"?'
-    r"|'[^'\n]*+'?"
-    r"|#[^\n]*+",
+    r'"""(?:[^"\\]++|\\.|"(?!""))*(?:"""|\\?\Z)'
+    r"|'''(?:[^']++|'(?!''))*(?:'''|\Z)"
+    r'|"(?:[^"\\\n]++|\\.)*"?'
+    r"|'[^'\n]*'?"
+    r"|#[^\n]*",
     re.DOTALL,
 )
 _LISTED_FRACTION = re.compile(r"\.\d+(?:[eE][-+]?\d+)?(?=\s*[,\]}])")

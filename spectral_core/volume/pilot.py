@@ -11,17 +11,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, quadratures_of
 from spectral_core.volume.march.rules import Rule
 from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db
-from spectral_core.volume.pilot_rounding import beside
+from spectral_core.volume.pilot_rounding import Rounded, other_roundings
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -46,11 +46,8 @@ _FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which the steps of every rule a
 _LONGEST: dict[Rule, float] = {"uniform": 4.0}
 
 
-class RayTracer(Protocol):
+class RayTracer(Rounded, Protocol):
     """The methods of a renderer that a pilot calls."""
-
-    volume: ScalarVolume
-    types: Any
 
     def shown_corners(self, transfer: TransferFunction) -> Array:
         """World corners (8, 3) of the part of the field that is visible under ``transfer``."""
@@ -112,11 +109,13 @@ class Pilot:
         self._tried: dict[Stepping, Trial] = {}
         quadrature = quadratures_of(transfer.uses_gradient)[-1]
         made = refined_reference(lambda way: self._march(way, REFERENCE)[0], quadrature, quality_db + 6.0)
-        near_x, near_y, smaller_db = beside(view, renderer.volume, x, y)
-        near = (renderer.types.Float(near_x), renderer.types.Float(near_y))
-        made = limited_by_rounding(made, lambda way: self._march(way, REFERENCE, near)[0], quadrature, smaller_db)
+        for changed, less_db in other_roundings(renderer, view, transfer, x, y):
+            made = limited_by_rounding(made, partial(self._referred, changed), quadrature, less_db)
         self.reference, self.reference_db, self.reference_scale = made.colors, made.snr_db, made.scale
         self.is_rounded = made.is_rounded
+
+    def _referred(self, changed: dict[str, Any], way: Stepping) -> Array:
+        return self._march(way, REFERENCE, **changed)[0]
 
     def sharper(self) -> Pilot:
         """A pilot of the same rays whose reference has an error 25 dB smaller, as far as single precision allows."""
@@ -200,9 +199,16 @@ class Pilot:
         return cheapest(trials, quality_db)
 
     def _march(
-        self, stepping: Stepping, limits: Limits = USUAL, pixels: tuple[Any, Any] | None = None
+        self,
+        stepping: Stepping,
+        limits: Limits = USUAL,
+        pixels: tuple[Any, Any] | None = None,
+        view: View | None = None,
+        transfer: TransferFunction | None = None,
     ) -> tuple[Array, float, float]:
-        channels = self.renderer.trace(self.view, self.transfer, stepping, pixels or self.pixels, limits)
+        channels = self.renderer.trace(
+            view or self.view, transfer or self.transfer, stepping, pixels or self.pixels, limits
+        )
         k = len(self.transfer.materials)
         amounts = np.stack(channels[:k], axis=-1).astype(np.float64)
         samples, steps = (float(c.mean()) for c in channels[k + 1 :])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Effect of single precision on a picture, measured with rays a few roundings beside those of the picture.
+"""Effect of single precision on a picture: rays a few roundings beside it, and another rounding of camera and data.
 
 A picture and its reference march the same rays, rounded alike, so that their comparison cannot see it. Where a function
 is narrow for the field, or a ray grazes an object, a ten-millionth of the field's size changes what the ray collects.
@@ -8,26 +8,101 @@ is narrow for the field, or a ray grazes an object, a ten-millionth of the field
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
 Array = NDArray[np.float64]
 
 _UNIT = 2.0**-24  # relative rounding error of single precision
 _ROUNDED = 1.0  # times the unit and the size of the field: how far rounding moves a point of a ray
+_WIDE = 1e-5  # of a part between two knots: a rounding of data that has no effect
+# Roundings of data by which knots are shifted. They are in single precision, too, so that one rounding may be none, and
+# a shift by two may show other voxels of the same number.
+_SHIFTS = (1.0, 2.0)
 _ASIDE = 8.0  # times that: how far the other rays are, so that their own rounding hardly counts
+
+
+class Rounded(Protocol):
+    """The parts of a renderer that tell how it rounds."""
+
+    volume: ScalarVolume
+    types: Any
+
+    @property
+    def rounding(self) -> float:
+        """Largest difference of a voxel from its value in single precision, in data units."""
+
+
+def other_roundings(
+    renderer: Rounded, view: View, transfer: TransferFunction, x: Array, y: Array
+) -> list[tuple[dict[str, Any], float]]:
+    """What to change in a march of rays to round otherwise, and the dB by which rounding changes colors less.
+
+    The changes are those of the rays' picture coordinates ``pixels``, of the ``view``, and of the function
+    ``transfer``.
+    """
+    near_x, near_y, less_db = beside(view, renderer.volume, x, y)
+    near = (renderer.types.Float(near_x), renderer.types.Float(near_y))
+    changes: list[tuple[dict[str, Any], float]] = [({"pixels": near}, less_db)]
+    camera = beside_camera(view, renderer.volume)
+    changes += [] if camera is None else [({"view": camera}, 0.0)]
+    for times in _SHIFTS:
+        knots = shifted_knots(transfer, times * renderer.rounding)
+        changes += [] if knots is None else [({"transfer": knots}, 20.0 * math.log10(times))]
+    return changes
+
+
+def shifted_knots(transfer: TransferFunction, shift: float) -> TransferFunction | None:
+    """The function with its knots ``shift`` higher; None if all parts between two knots are much wider than that.
+
+    Data of 32 and 64 bits are stored in single precision. Where a function tells apart values that are stored as one,
+    the picture is wrong, and its reference reads the same values.
+    """
+    widths = np.concatenate([np.diff(material.values) for material in transfer.materials])
+    if shift <= _WIDE * widths.min(initial=np.inf):
+        return None
+    moved = [replace(material, values=material.values + shift) for material in transfer.materials]
+    return replace(transfer, materials=tuple(moved))
+
+
+def beside_camera(view: View, volume: ScalarVolume) -> View | None:
+    """The view from the number of single precision on the other side of the camera; None if the camera is exact.
+
+    Rays of a camera in the field begin at the rounded camera. Where extinction is high, all that they show is there,
+    and rays that should leave the field at once may begin inside it.
+    """
+    camera = view.origin_index(volume)
+    if camera is None:
+        return None
+    rounded = camera.astype(np.float32)
+    # What double precision has lost of a camera on a face is no distance from the face.
+    is_exact = np.abs(camera - rounded) <= 1e-12 * max(volume.shape)
+    if is_exact.all():
+        return None
+    other = np.nextafter(rounded, np.where(camera > rounded, np.inf, -np.inf).astype(np.float32))
+    moved = np.where(is_exact, 0.0, other.astype(np.float64) - camera)
+    matrix = view.world_from_camera.copy()
+    matrix[:3, 3] += volume.world_from_index[:3, :3] @ moved
+    return replace(view, world_from_camera=matrix)
 
 
 def beside(view: View, volume: ScalarVolume, x: Array, y: Array) -> tuple[Array, Array, float]:
     """Picture coordinates (x, y) beside those of rays, in pixels, and the dB by which rounding changes colors less."""
-    size = float(max(volume.shape))
     (point, along, _), _ = view.index_rays(volume)
+    # Voxels that are much longer along one axis put the start of a ray far outside the field along another.
+    starts = point[0] + x[:, None] * point[1] + y[:, None] * point[2]
+    size = float(max(*volume.shape, np.abs(starts).max()))
     turn = float(np.linalg.norm(along[1]) / np.linalg.norm(along[0]))
-    voxels_per_pixel = float(np.linalg.norm(point[1])) + 0.5 * size * turn
+    camera = view.origin_index(volume)
+    distance = 0.0 if camera is None else float(np.linalg.norm(camera - np.array(volume.shape) / 2 + 0.5))
+    voxels_per_pixel = float(np.linalg.norm(point[1])) + (0.5 * max(volume.shape) + distance) * turn
     rounded = _ROUNDED * _UNIT * size / voxels_per_pixel
     # Picture coordinates are single precision, too.
     aside = max(_ASIDE * rounded, 4.0 * _UNIT * max(view.width, view.height))

@@ -53,6 +53,11 @@ class VolumeRenderer:
         self._prepared: tuple[TransferFunction, PreparedTransfer] | None = None
 
     @property
+    def rounding(self) -> float:
+        """Largest difference of a voxel from its value in single precision, in data units."""
+        return self.device_volume.rounding
+
+    @property
     def edge(self) -> int:
         """Brick edge in voxels: fine enough to skip empty space, coarse enough to prepare a function quickly."""
         return 2 if self.volume.data.size <= 4_200_000 else 4 if self.volume.data.size <= 1 << 28 else 8

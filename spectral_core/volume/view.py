@@ -119,7 +119,8 @@ class View:
         At picture coordinates (x, y) in pixels, point = c[0]·(1, x, y), direction = c[1]·(1, x, y), both in index
         space, and c[2]·(1, x, y) is the direction's world vector; none is normalized. The point lies beside the field's
         center, not at the camera, so that float32 stays exact from any distance. A ray begins at point -
-        back·direction; an orthographic one has no beginning (infinite).
+        back·direction; an orthographic one has no beginning (infinite). If the camera is in the field or near it, the
+        point is the camera, and back is 0: rays that begin on a face of the field begin exactly there.
         """
         middle = volume.corners_world.mean(axis=0)
         start, toward = self._affine(np.eye(4), middle)
@@ -133,7 +134,20 @@ class View:
         linear = volume.index_from_world[:3, :3]
         points = start @ linear.T
         points[0] += np.array(volume.shape) / 2 - 0.5
+        camera = self.origin_index(volume)
+        if camera is not None:
+            points, back = np.stack([camera, np.zeros(3), np.zeros(3)]), 0.0
         return np.stack([points, toward @ linear.T, toward]), back
+
+    def origin_index(self, volume: ScalarVolume) -> Array | None:
+        """The camera (3,) in index space if it is in the field or within its size of it; None elsewhere, and for an
+        orthographic camera.
+        """
+        if self.fov_deg is None:
+            return None
+        away = self.world_from_camera[:3, 3] - volume.corners_world.mean(axis=0)
+        away = volume.index_from_world[:3, :3] @ away
+        return away + np.array(volume.shape) / 2 - 0.5 if np.all(np.abs(away) <= volume.shape) else None
 
     def _affine(self, frame: Array, middle: Array) -> tuple[Array, Array]:
         """Start and direction as rows for (1, x, y), world axes, start relative to ``middle``."""

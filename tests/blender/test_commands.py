@@ -4,6 +4,9 @@
 from __future__ import annotations
 
 import json
+import shutil
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -83,6 +86,29 @@ def test_a_stereo_render_leaves_no_file_if_one_cannot_be_written(saved, tmp_path
     status, _, error = call(capfd, "render", saved, "--out", tmp_path / "a.png")
     assert status == 1 and "a_R.png is a folder" in error
     assert [path.name for path in tmp_path.glob("a*")] == ["a_R.png"]
+    kept = Path(error.split("The result is not lost: it is in ")[1].split(";")[0])
+    assert sorted(path.name for path in kept.iterdir()) == ["a_L.png", "a_R.png"]
+    shutil.rmtree(kept)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a folder that nobody can write to")
+@pytest.mark.parametrize(("command", "option"), [("render", "--out"), ("transport", "--out"), ("cost", "--plot")])
+def test_a_closed_folder_is_told_before_the_work(saved, capfd, monkeypatch, command, option):
+    """A picture was rendered to its end, for hours, and then lost."""
+    from spectral_core.render import RenderProcess
+
+    done = []
+    for name in ("render", "cost_curve"):
+        monkeypatch.setattr(RenderProcess, name, lambda *_, **__: done.append(1))
+    ending = ".exr" if command == "transport" else ".png"
+    status, _, error = call(capfd, command, saved, option, f"/proc/picture{ending}")
+    assert status == 1 and f"/proc/picture{ending} could not be written" in error
+    assert not done
+
+
+def test_a_plot_of_another_type_is_told_before_the_measurement(saved, tmp_path, capfd):
+    status, text, error = call(capfd, "cost", saved, "--plot", tmp_path / "a.gif")
+    assert status == 1 and "a.gif ends in '.gif'" in error and "measured on" not in text
 
 
 def test_render_writes_a_spectral_exr(saved, tmp_path, capfd):

@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from blender_addon.editing.dial import kept_mix, live  # noqa: E402
+from blender_addon.editing.dial import kept_mix, live, recording  # noqa: E402
 from blender_addon.editing.dial.paths import transport_path  # noqa: E402
 
 
@@ -29,6 +29,47 @@ def test_a_recording_follows_the_file_to_another_name(stage, dial, tmp_path):
     assert new != old and new.read_bytes() == old.read_bytes()
     kept_mix._sessions.clear()
     np.testing.assert_array_equal(shown(stage), before)
+
+
+@pytest.mark.parametrize("is_saved", [True, False])
+def test_a_recording_beside_the_file_by_a_chosen_name_follows_it(stage, tmp_path, is_saved):
+    """It stayed in the earlier folder, or in that of the program for an unsaved file, and the new file lacked it."""
+    if not is_saved:
+        bpy.ops.wm.read_homefile(use_empty=False)
+        stage = bpy.context.scene
+        stage.render.engine, stage.render.resolution_x, stage.render.resolution_y = "SPECTRAL", 8, 8
+        stage.spectral.render.samples = 2
+    stage.spectral.dial.filepath = "//kept/räume.exr"
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    before = shown(stage)
+    (tmp_path / "later").mkdir()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "later" / "later.blend"), relative_remap=False)
+    assert transport_path(stage.spectral.dial) == tmp_path / "later" / "kept" / "räume.exr"
+    bpy.ops.wm.open_mainfile(filepath=bpy.data.filepath)
+    np.testing.assert_array_equal(shown(bpy.context.scene), before)
+
+
+def test_a_file_in_the_way_of_a_recording_that_follows_is_named(stage, tmp_path):
+    stage.spectral.dial.filepath = "//chosen.exr"
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    (tmp_path / "later").mkdir()
+    (tmp_path / "later" / "chosen.exr").write_text("other")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "later" / "later.blend"), relative_remap=False)
+    assert "chosen.exr is another file" in stage.spectral.dial.message
+    assert (tmp_path / "later" / "chosen.exr").read_text() == "other"
+
+
+def test_a_path_of_the_current_folder_is_written(stage, dial, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert bpy.ops.spectral.dial_save(filepath="plain.png") == {"FINISHED"}
+    assert (tmp_path / "plain.png").stat().st_size > 100
+
+
+@pytest.mark.filterwarnings("ignore:.*does not support blend relative:RuntimeWarning")
+def test_a_path_beside_an_unsaved_file_is_refused(_extension):
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    with pytest.raises(RuntimeError, match="//a.toml is beside the .blend file, which was never saved"):
+        bpy.ops.spectral.palette_import(filepath="//a.toml")
 
 
 def test_a_recording_in_memory_is_used_while_its_file_is_missing(stage, dial, tmp_path):
@@ -180,7 +221,22 @@ def test_an_undo_of_a_recording_does_not_show_it_with_the_powers_of_the_one_befo
     again = shown(bpy.context.scene)
     bpy.ops.ed.undo()
     undone = bpy.context.scene
-    with pytest.raises(Exception, match="was recorded from another scene, or from this one before a change"):
+    with pytest.raises(Exception, match="was recorded from another scene, from this one before a change"):
         live.show(undone)
     bpy.ops.ed.redo()
     np.testing.assert_array_equal(shown(bpy.context.scene), again)
+
+
+def test_a_file_of_another_type_is_refused_before_the_recording(stage, tmp_path, monkeypatch):
+    """An EXR file was written as .png, which no program opened, and Load Transport did not offer."""
+    monkeypatch.setattr(recording.Recording, "run", lambda _: pytest.fail("it was recorded"))
+    stage.spectral.dial.filepath = "//picture.png"
+    with pytest.raises(RuntimeError, match=r"picture\.png does not end in \.exr"):
+        bpy.ops.spectral.dial_record()
+    assert not (tmp_path / "picture.png").exists()
+
+
+def test_transport_is_saved_as_exr_only(stage, dial, tmp_path):
+    with pytest.raises(RuntimeError, match=r"keep\.png does not end in \.exr"):
+        bpy.ops.spectral.dial_keep(filepath=str(tmp_path / "keep.png"))
+    assert dial.filepath == "" and not (tmp_path / "keep.png").exists()

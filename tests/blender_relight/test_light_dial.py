@@ -190,7 +190,7 @@ def test_light_groups_of_blender_and_lamps_in_bands_storage(stage, picture, f12)
 
 
 def test_a_path_of_a_foreign_file_is_not_overwritten_and_the_recording_is_kept(dial, picture, tmp_path):
-    victim = tmp_path / "thesis.txt"
+    victim = tmp_path / "thesis.exr"
     victim.write_text("three years of work")
     dial.filepath = str(victim)
     with pytest.raises(RuntimeError, match="no transport file, so it is not replaced"):

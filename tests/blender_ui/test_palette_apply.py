@@ -76,7 +76,7 @@ def test_a_linked_material_is_refused_by_name_and_nothing_is_written(blender, li
     palette = blender.context.scene.spectral.palette
     lamp = blender.data.lights.new("Sun", "POINT")
     palette.lights[0].light, palette.materials[0].material = lamp, linked
-    with pytest.raises(RuntimeError, match=r"material 'Glaze' is linked from library\.blend"):
+    with pytest.raises(RuntimeError, match=r"material 'Glaze' is linked from library\.blend .*Mend Table"):
         blender.ops.spectral.palette_apply()
     assert lamp.spectral.source == "NONE"
     assert linked.spectral.source == "NONE"
@@ -188,3 +188,35 @@ def test_a_light_of_two_columns_is_named_with_the_spectrum_that_it_gets(blender,
     blender.ops.spectral.palette_apply()
     assert "choose another one for each" in capfd.readouterr().out
     assert spectrum_of(palette.lights[0].light).name == palette.lights[1].result.spectrum_name
+
+
+def test_the_first_table_of_an_artist_can_be_applied_by_a_button(blender):
+    """An idea names no material of the scene, and the option is in reach only after a call that succeeds."""
+    from unittest.mock import MagicMock
+
+    from blender_addon.panels.palette import draw_palette
+
+    scene = blender.context.scene
+    blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
+
+    def buttons() -> list[str]:
+        layout = MagicMock()
+        draw_palette(layout, blender.context)
+        return [call.kwargs["text"] for call in layout.mock_calls if "text" in call.kwargs and "operator" in call[0]]
+
+    assert "Apply and Make Materials" in buttons()
+    with pytest.raises(RuntimeError, match="press Apply and Make Materials"):
+        blender.ops.spectral.palette_apply()
+    assert blender.ops.spectral.palette_apply(create=True) == {"FINISHED"}
+    assert [row.material.spectral.source for row in scene.spectral.palette.materials] == ["DESIGNED", "DESIGNED"]
+    assert "Apply and Make Materials" not in buttons()
+
+
+def test_the_button_that_a_refusal_names_makes_linked_data_local(blender, linked):
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    blender.context.scene.spectral.palette.materials[0].material = linked
+    with pytest.raises(RuntimeError, match="Mend Table"):
+        blender.ops.spectral.palette_apply()
+    assert blender.ops.spectral.palette_mend() == {"FINISHED"}
+    assert blender.ops.spectral.palette_apply() == {"FINISHED"}
+    assert blender.context.scene.spectral.palette.materials[0].material.library is None

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
+from blender_addon.editing.palette import live
 from blender_addon.editing.palette.possible import picture_of
 
 
@@ -40,6 +42,42 @@ def test_an_impossible_color_is_reported_drawn_and_replaced_by_the_nearest(blend
     with pytest.raises(RuntimeError, match="no cell is selected"):
         blender.ops.spectral.palette_clear()
         blender.ops.spectral.palette_possible()
+
+
+def test_a_conflict_is_not_said_to_end_at_a_greater_distance(blender) -> None:
+    """The color that is nearest in CIELAB may be farther away in ΔE2000 after a cell is released."""
+    blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    palette = blender.context.scene.spectral.palette
+    cell = selected(palette, 0, 0)
+    cell.mode, cell.target = "FIXED", (0.1, 0.7, 0.15)
+    blender.ops.spectral.palette_possible()
+    first, *others = palette.possible.words.splitlines()
+    now = float(re.search(r"ΔE2000 (\d+\.\d) away", first)[1])
+    for line in others:
+        remaining = re.search(r"ΔE2000 (\d+\.\d) would remain", line)
+        assert remaining is None or float(remaining[1]) < now, line
+    assert any("ΔE2000 does not fall" in line for line in others), palette.possible.words
+
+
+def test_undo_brings_the_reasons_back_and_asks_again(blender, monkeypatch) -> None:
+    """In a window a step is stored before the conflicts are searched, and before the question is answered."""
+    asked = []
+    monkeypatch.setattr(live.possible, "follow", asked.append)
+    blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    palette = blender.context.scene.spectral.palette
+    cell = selected(palette, 0, 0)
+    cell.mode, cell.target = "FIXED", (0.1, 0.7, 0.15)
+    reasons = [each.text for each in palette.conflicts]
+    assert reasons
+    palette.conflicts.clear()
+    blender.ops.ed.undo_push(message="green")
+    cell.target = (0.8, 0.5, 0.1)
+    blender.ops.ed.undo_push(message="orange")
+    asked.clear()
+    blender.ops.ed.undo()
+    scene = blender.context.scene
+    assert [each.text for each in scene.spectral.palette.conflicts] == reasons
+    assert asked == [scene]
 
 
 def selected(palette, row, column):

@@ -42,11 +42,12 @@ def test_a_solution_that_no_view_can_show_names_the_render_engine(registered) ->
     from blender_addon.panels.palette import picture_words
 
     told = "Rendered anew: the Light Dial has no recording"
-    assert picture_words(SimpleNamespace(engine="SPECTRAL"), SimpleNamespace(picture=told)) == told
+    words = picture_words(SimpleNamespace(engine="SPECTRAL"), SimpleNamespace(picture=told))
+    assert words == f"Rendered views show it. {told}."  # an artist in Solid mode sees no change
     assert "render engine Spectral" in picture_words(
         SimpleNamespace(engine="BLENDER_EEVEE"), SimpleNamespace(picture=told)
     )
-    assert picture_words(SimpleNamespace(engine="BLENDER_EEVEE"), SimpleNamespace(picture=RELIT)) == RELIT
+    assert picture_words(SimpleNamespace(engine="BLENDER_EEVEE"), SimpleNamespace(picture=RELIT)).endswith(f"{RELIT}.")
 
 
 def test_the_dial_shows_the_progress_of_a_recording_in_place_of_the_button(blender) -> None:
@@ -128,3 +129,14 @@ def test_a_binding_whose_light_was_deleted_says_so(blender) -> None:
     assert drawn() == ["Sconce: energy"]
     bpy.data.lights.remove(lamp)
     assert "no lights named 'Sconce'" in " ".join(drawn())
+
+
+def test_a_palette_is_no_second_source_beside_a_name_or_a_file(registered) -> None:
+    from blender_addon.panels.parts import takes_from_palette
+
+    def offered(source: str, rows: int) -> bool:
+        scene = SimpleNamespace(spectral=SimpleNamespace(palette=SimpleNamespace(materials=range(rows))))
+        return takes_from_palette(SimpleNamespace(scene=scene), SimpleNamespace(source=source))
+
+    assert [offered(source, 2) for source in ("NONE", "CATALOGUE", "FILE", "DESIGNED")] == [True, False, False, True]
+    assert not offered("NONE", 0)

@@ -77,6 +77,21 @@ def test_the_views_of_a_quad_view_translate_a_local_view_once(quad):
     assert next(item for item in scene.instances if item.name == "Ball").world_from_object[0, 3] == 1
 
 
+def test_a_material_that_hidden_objects_share_needs_no_walk_in_local_view(quad):
+    stage, visited = quad
+    paint = bpy.data.objects["Ball"].data.materials[0]
+    hidden = [bpy.data.objects.new(f"Away {number}", bpy.data.objects["Ball"].data) for number in range(3)]
+    for each in hidden:
+        bpy.context.scene.collection.objects.link(each)
+        each.local_view_set(stage.context.space_data, False)  # without a window Blender adds them to it
+    updated(stage)
+    visited.clear()
+    updated(stage, lambda _: setattr(shader(paint)["Roughness"], "default_value", 0.77))
+    assert visited == [], "Blender reports the hidden objects of an edited material, too"
+    updated(stage, lambda _: setattr(hidden[0], "location", (0, 0, 9)))
+    assert shown(stage) == {"Ball", "Lamp"}
+
+
 def removed(stage):
     for obj in bpy.data.objects:
         obj.select_set(obj.name == "Ball")

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import json
 import sqlite3
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -73,6 +75,27 @@ def test_a_ledger_on_a_full_disk_reports_it(tmp_path: Path) -> None:
         store.enter(points)
     database.execute("PRAGMA max_page_count=100000")
     assert store.enter(points) == 2000
+
+
+BEGIN_WITHIN = """
+import resource, sys
+from spectral_core.cli import main
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), resource.RLIM_INFINITY))
+sys.exit(main(["sweep", "sweep.toml"]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files")
+@pytest.mark.parametrize("most", [0, 4096, 9000, 30000])
+def test_a_sweep_that_began_on_a_full_disk_runs_later(tmp_path: Path, monkeypatch: Any, most: int) -> None:
+    """The rest of the first run was taken for a sweep that begins at present, in every later run."""
+    sweep_file(tmp_path, budget=3)
+    monkeypatch.chdir(tmp_path)
+    began = subprocess.run([sys.executable, "-c", BEGIN_WITHIN, str(most)], capture_output=True, text=True, check=False)
+    assert began.returncode == 1 and "Traceback" not in began.stderr
+    assert "sweep.cdb" in began.stderr
+    assert main(["sweep", "sweep.toml"]) == 0
+    assert len((tmp_path / "sweep.cdb" / "data.csv").read_text().splitlines()) == 4
 
 
 def test_a_ledger_that_cannot_be_opened_is_not_called_foreign(tmp_path: Path, monkeypatch: Any) -> None:

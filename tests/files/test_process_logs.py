@@ -95,6 +95,23 @@ def test_workers_that_are_ended_at_once_compute_no_further_point(starting: bool)
     assert all(point.cancelled() or isinstance(point.exception(), pool.WorkerDied) for point in points)
 
 
+def test_a_worker_that_is_ended_before_its_task_has_died() -> None:
+    """Where its pipes were closed already, the point had a ``ValueError``: I/O on a closed file."""
+    with pool.WorkerPool(1) as workers:
+        assert workers.submit(int, 3).result() == 3
+        process = workers._processes[0]
+        assert process is not None
+        process.end()
+        with pytest.raises(pool.WorkerDied, match="during a point"):
+            process.call((int, (), {}))
+        assert workers.submit(int, 4).result() == 4
+
+
+def test_a_value_error_of_a_point_keeps_its_words() -> None:
+    with pool.WorkerPool(1) as workers, pytest.raises(ValueError, match="invalid literal"):
+        workers.submit(int, "x").result()
+
+
 def _runs(number: int) -> bool:
     """True for a process that has not ended, also if its parent has not collected it."""
     try:

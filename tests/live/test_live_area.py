@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -16,6 +17,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+from spectral_core.errors import RenderError
 from spectral_core.files import of_process
 from spectral_core.render.live import area as area_module
 from spectral_core.render.live.area import PREFIX, PixelArea, clean, delete_left
@@ -137,10 +139,10 @@ def test_an_area_is_a_temporary_file_where_memory_is_short(
     temporary.mkdir()
     usage = area_module.shutil.disk_usage(tmp_path)
 
-    def disk_usage(_folder: str) -> object:
+    def disk_usage(folder: str) -> object:
         if free is None:
             raise PermissionError(13, "Permission denied")
-        return usage._replace(free=free)
+        return usage._replace(free=free if folder == str(memory) else 1 << 40)
 
     monkeypatch.setattr(area_module, "_folders", lambda: [str(memory), str(temporary)])
     monkeypatch.setattr(area_module.shutil, "disk_usage", disk_usage)
@@ -152,6 +154,22 @@ def test_an_area_is_a_temporary_file_where_memory_is_short(
     finally:
         made.remove()
         small.remove()
+
+
+@pytest.mark.parametrize(("free", "fits"), [(0, False), (4 * 10**6, False), (10**9, True)])
+def test_a_full_disk_of_temporary_files_is_told_with_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, free: int, fits: bool
+) -> None:
+    """The file was made with holes, and the renderer's process ended with a bus error when it wrote there."""
+    usage = shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(area_module, "_folders", lambda: [str(tmp_path)])
+    monkeypatch.setattr(shutil, "disk_usage", lambda _folder: usage._replace(free=free))
+    if fits:
+        PixelArea.make(640 * 360).remove()
+    else:
+        with pytest.raises(RenderError, match=f"{tmp_path}, has {free / 1e6:.1f} MB left.* TMPDIR"):
+            PixelArea.make(640 * 360)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_area_that_is_closed_while_it_is_read_gives_no_picture(folder: Path) -> None:

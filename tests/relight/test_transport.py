@@ -122,7 +122,9 @@ def test_truncated_edited_and_other_files_are_refused(scene: Scene, tmp_path: Pa
     edited.write(str(path))
     with pytest.raises(FileFormatError, match="edited or damaged"):
         read_transport(path)
-    with pytest.raises(FileFormatError, match="there is no file .*absent.exr; make one with"):
+    with pytest.raises(
+        FileFormatError, match="there is no file .*absent.exr; if it was moved or renamed, name its present path"
+    ):
         read_transport(tmp_path / "absent.exr")
     # The first part determines the type of a file: a picture followed by a transport's parts is never overwritten.
     path.write_bytes(whole)

@@ -220,7 +220,7 @@ def test_everything_loads_and_what_mitsuba_lacks_is_named(tmp_path: Path, varian
         ("m0", "roughness"), ("m2", "anisotropy"), ("m3", "Ashikhmin"), ("m5", "Refraction"), ("m8", "Toon"),
         ("m13", "Sheen"), ("m14", "Holdout"), ("m16", "below the surface"), ("m17", "Principled"), ("m23", "adds two"),
         ("m25", "Draine"), ("point", "hidden from"), ("ball", "soft falloff"), ("spot", "casts shadow"),
-        ("spot", "radius"), ("area", "spread rad"), ("cloud", "voxels"),
+        ("spot", "radius"), ("area", "spread"), ("cloud", "voxels"),
     ):  # fmt: skip
         assert any(note.startswith(f"{subject}: ") and part in note for note in notes), (subject, part, notes)
     assert not any(note.startswith(("m1:", "m15: Emission", "m12:")) for note in notes)
@@ -266,3 +266,19 @@ def test_a_failed_export_leaves_the_earlier_one(tmp_path: Path, monkeypatch: pyt
         write_mitsuba(scene, folder)
     assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
     assert [path.name for path in tmp_path.iterdir()] == ["scene"]
+
+
+def test_a_note_names_what_an_artist_has_set_and_nothing_at_its_default() -> None:
+    from spectral_core.render.mitsuba_export.draft import Draft
+    from spectral_core.scene import AreaLight, Instance
+
+    draft, here = Draft(), np.eye(4)
+    blender_half_turn = 3.1415927410125732  # 180° in single precision, as Blender states it
+    used = {"name", "world_from_light"}
+    draft.leftover("Fill", AreaLight(name="Fill", world_from_light=here, spread_rad=blender_half_turn), used)
+    assert draft.notes == []
+    draft.leftover("Slit", AreaLight(name="Slit", world_from_light=here, spread_rad=1.0), used)
+    ball = Instance("Ball", "mesh", here, ("paint",), terminator_cosine=0.1)
+    draft.leftover("Ball", ball, {"name", "mesh", "world_from_object", "world_from_mesh", "materials"})
+    told = [note.message for note in draft.notes]
+    assert told[0].endswith(": spread") and told[1].endswith(": Shadow Terminator: Geometry Offset"), told

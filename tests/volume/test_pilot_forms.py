@@ -29,6 +29,8 @@ class Law:
         self.order, self.size, self.share, self.floor = order, size, share, floor
         self.calls: list[tuple[Stepping, Any]] = []
 
+    rounding = 0.0
+
     def shown_corners(self, transfer: Any) -> np.ndarray:
         return self.volume.corners_world
 

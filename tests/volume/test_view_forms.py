@@ -192,9 +192,12 @@ def test_edges_fade_in_with_the_gradient() -> None:
         preset("wid", ramp())
 
 
+MEASURED = np.linspace(0.0, 3.0, 300).tolist()
+
+
 def bounds(values: list[float]) -> tuple[float, float]:
     """First and last tenth of the range that a preset of these values has."""
-    data = np.resize(np.array(values, dtype=np.float64), (8, 8, 8))
+    data = np.resize(np.array(values, dtype=np.float64), (16, 16, 16))
     core = preset("wide", ScalarVolume("v", data)).materials
     tenth = (core[2].values[1] - core[0].values[0]) / 9
     return float(core[0].values[0] - tenth), float(core[2].values[1])
@@ -202,15 +205,15 @@ def bounds(values: list[float]) -> tuple[float, float]:
 
 @pytest.mark.parametrize(
     ("values", "expected"),
-    [([0, 1, 2, 3, 40], (0, 3)), ([0, 1, 2, 3, 32], (0, 32)),
-     ([-40, 0, 1, 2, 3], (0, 3)), ([-30, 0, 1, 2, 3], (-30, 3)),
+    [([0, 1, 2, 3, 40], (0, 40)), ([*MEASURED, 40], (0, 3)), ([*MEASURED, 32], (0, 32)),
+     ([-40, 0, 1, 2, 3], (-40, 3)), ([-40, *MEASURED], (0, 3)), ([-29, *MEASURED], (-29, 3)),
      ([-999, 0, 200, 400, 900], (0, 900)), ([-998, 0, 200, 400, 900], (-998, 900)),
      ([0, 1, 40], (0, 40)), ([-9999, 0, 1, 2, 3, 32767], (0, 3)), ([-9999, 0, 1, 2, 3, 99999], (0, 3)),
      ([0, 10000, 20000, 30000, 65535], (0, 30000)), ([0, 1e14, 2e14, 3e14, 6.5e14], (0, 6.5e14)),
      ([0, 1e14, 2e14, 4e14, 1e15], (0, 4e14)), ([-1e9, 0, 2e8, 4e8, 9e8], (0, 9e8)), ([5, 5, 5, 5], (5, 6))],
 )  # fmt: skip
 def test_gaps_that_make_an_end_a_fill_value(values: list[float], expected: tuple[float, float]) -> None:
-    """Ten times the range of the others, or once for numbers that often mark missing data; from four values on."""
+    """Once the range of the others for numbers that often mark missing data, ten times it beside measured data."""
     low, high = bounds(values)
     size = max(abs(low), abs(high))
     assert low == pytest.approx(expected[0], abs=1e-9 * size) and high == pytest.approx(expected[1], rel=1e-9)

@@ -8,6 +8,7 @@ import pytest
 
 from spectral_core.volume.documents.transfer_document import TransferDocument, stated_in_fractions
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.fill_values import fill_values_note
 from spectral_core.volume.presets import preset
 from spectral_core.volume.transfer import Material, TransferFunction
 
@@ -40,6 +41,34 @@ def test_fractions_refer_to_the_other_values(marks):
 def test_data_without_fill_values_have_their_whole_range(data):
     volume = ScalarVolume("plain", data)
     assert volume.range_without_fill_values == (data.min(), data.max())
+
+
+@pytest.mark.parametrize("kind", ["uint8", "int16", "uint16", "int32", "float32", "float64"])
+@pytest.mark.parametrize("labels", [(0, 1, 2, 255), (0, 1, 2, 3, 100), (0, 4, 5, 250), (-1, 0, 1, 2, 3, 120)])
+def test_labels_far_from_the_others_are_data(labels, kind):
+    """A segmentation names its parts by any numbers; 255 is often one of them."""
+    if min(labels) < 0 and kind.startswith("u"):
+        return
+    data = np.resize(np.array(labels, kind), (12, 11, 10))
+    volume = ScalarVolume("labels", data)
+    assert volume.range_without_fill_values == (min(labels), max(labels))
+    assert fill_values_note(data, volume.range_without_fill_values) is None
+    stated = TransferDocument(TransferFunction((Material("m", [0.0, 1.0], [1, 1], [1, 1, 1]),)), "fraction", "voxel")
+    assert stated.for_volume(volume).materials[0].values.tolist() == [min(labels), max(labels)]
+
+
+def test_a_bright_voxel_is_data():
+    """Missing data mark many voxels; the source in the middle of a field marks one."""
+    away = np.linalg.norm(np.indices((21, 21, 21)) - 10.0, axis=0)
+    data = 1.0 / np.maximum(away, 0.05) ** 2
+    assert ScalarVolume("source", data).range_without_fill_values == (data.min(), data.max())
+
+
+def test_a_note_tells_what_counts_as_missing():
+    volume = filled(-9999.0, 1e20)
+    note = fill_values_note(volume.data, volume.range_without_fill_values)
+    assert note is not None
+    assert note.startswith("-9999 and 1e+20 count as missing data")
 
 
 def test_values_between_those_looked_at_count():

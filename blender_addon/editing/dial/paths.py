@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The file of a scene's recording: a chosen one, or one beside the .blend, which a save under another name copies."""
+"""The file of a scene's recording: a chosen one, or one beside the .blend, which a save under another name copies.
+
+A path that begins with // is beside the .blend, too.
+"""
 
 from __future__ import annotations
 
@@ -12,26 +15,38 @@ import bpy
 from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import FileWriteError, InvalidInputError
-from spectral_core.files.whole import whole_file
+from spectral_core.files.whole import make_folder, whole_file
 
 ENDING = ".transport.exr"
 POLL_S = 0.2
 
 
 def transport_path(dial: PropertyGroup) -> Path:
-    """File of a dial's transport."""
+    """File of a dial's transport: the chosen one, or one beside the .blend; a temporary one if that was never saved."""
+    if is_temporary(dial) and dial.filepath:
+        return Path(bpy.app.tempdir or ".") / dial.filepath[2:]
     if dial.filepath:
         return Path(bpy.path.abspath(dial.filepath, library=dial.id_data.library))
     stem = Path(bpy.data.filepath) if bpy.data.filepath else Path(bpy.app.tempdir or ".") / "light_dial"
     return stem.with_suffix(dial.own_ending + ENDING)
 
 
+def is_temporary(dial: PropertyGroup) -> bool:
+    """True if the file of a dial's transport is deleted with the session."""
+    return not bpy.data.filepath and _is_beside(dial) and dial.id_data.library is None
+
+
+def _is_beside(dial: PropertyGroup) -> bool:
+    return not dial.filepath or dial.filepath.startswith("//")
+
+
 def path_for_recording(scene: Scene) -> Path:
     """File for a new recording of a scene; a file of its own where another scene of the .blend has a recording.
 
-    Raises InvalidInputError if the chosen file has the recording of another scene.
+    Raises InvalidInputError if the chosen file does not end in .exr, or has the recording of another scene.
     """
     dial = scene.spectral.dial
+    require_ending(transport_path(dial))
     recorded = [each for each in bpy.data.scenes if each != scene and each.spectral.dial.scene_hash]
     taken = {transport_path(each.spectral.dial): each.name for each in recorded}
     if dial.filepath and transport_path(dial) in taken:
@@ -46,6 +61,13 @@ def path_for_recording(scene: Scene) -> Path:
     return transport_path(dial)
 
 
+def require_ending(path: Path) -> Path:
+    """``path``. Raises InvalidInputError if it does not end in .exr, as a recording does."""
+    if path.suffix.lower() != ".exr":
+        raise InvalidInputError(f"{path.name} does not end in .exr, which a recording is; choose another File")
+    return path
+
+
 _before_save: dict[int, tuple[Path, str]] = {}
 """By scene the file of its recording beside the .blend that is about to be saved, and its ``own_ending``."""
 
@@ -57,11 +79,11 @@ def note_paths(blend: object = "", *_: object) -> None:
     endings: dict[Path, str] = {}
     for scene in bpy.data.scenes:
         dial = scene.spectral.dial
-        if not dial.scene_hash or dial.filepath:
+        if not dial.scene_hash or not _is_beside(dial):
             continue
         old = transport_path(dial)
         _before_save[scene.session_uid] = old, dial.own_ending
-        if isinstance(blend, str) and blend and scene.library is None:
+        if isinstance(blend, str) and blend and scene.library is None and not dial.filepath:
             dial.own_ending = endings.setdefault(old, _free_ending(dial.own_ending, old, Path(blend)))
 
 
@@ -98,6 +120,10 @@ def follow_save(blend: object = "", *_: object) -> None:
         new = transport_path(dial)
         if old != new and not new.exists():
             _copy_beside(scene, old, new)
+        elif _is_another(new, old):
+            dial.message = (
+                f"the recording {old} was not copied: {new} is another file; choose another one by Save Transport"
+            )
 
 
 def follow_recording(scene: Scene, written: Path) -> None:
@@ -123,6 +149,7 @@ def _copy_beside(scene: Scene, old: Path, new: Path) -> None:
 
 def _copy(old: Path, new: Path, errors: list[str]) -> None:
     try:
+        make_folder(new.parent)
         with whole_file(new) as unfinished:
             shutil.copyfile(old, unfinished)
     except (FileWriteError, OSError) as error:

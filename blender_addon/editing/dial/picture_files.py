@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import FileWriteError, InvalidInputError
 from spectral_core.files.whole import whole_file
+from spectral_core.files.whole_picture import require_whole_picture
 
 from ... import compat
 from .picture import new_picture
@@ -65,11 +66,12 @@ def write_picture(scene: Scene, image: Image, path: Path) -> None:
     """Write an image. Raises FileWriteError."""
     try:
         if path.suffix.lower() == ".exr":
-            with whole_file(path) as unfinished:
+            with whole_file(path, check=require_whole_picture) as unfinished:
                 image.file_format = "OPEN_EXR"
                 image.save(filepath=str(unfinished), save_copy=True)
             return
-        with compat.image_format(scene.render, "PNG", color_mode="RGB"), whole_file(path) as unfinished:
+        plain = compat.image_format(scene.render, "PNG", color_mode="RGB")
+        with plain, whole_file(path, check=require_whole_picture) as unfinished:
             image.save_render(str(unfinished), scene=scene)
     except RuntimeError as error:  # Blender's
         raise FileWriteError(f"{path} could not be written: {error}") from error

@@ -15,6 +15,7 @@ import numpy as np
 from bpy.types import Scene
 from numpy.typing import NDArray
 
+from spectral_core.cli.shared.outputs import numbered
 from spectral_core.errors import RenderError
 
 from ..background import has_program
@@ -44,7 +45,8 @@ class Saving:
     path
         Of the picture. Raises InvalidInputError unless it ends in .png or .exr.
     frames
-        Frames to write, whose numbers are added to the name; empty for the present picture.
+        Frames to write, whose numbers are added to the name, or replace ``####`` in it, as in Blender; empty for the
+        present picture.
     at_once
         Write here; otherwise a second Blender does it, if there is one.
     """
@@ -53,7 +55,7 @@ class Saving:
         require_ending(path)
         self._number, self._before = scene.session_uid, (scene.frame_current, scene.frame_subframe)
         self._targets: deque[tuple[int | None, Path]] = deque([] if frames else [(None, path)])
-        self._targets += [(frame, path.with_name(f"{path.stem}{frame:04d}{path.suffix}")) for frame in frames]
+        self._targets += [(frame, _of_frame(path, frame)) for frame in frames]
         self.total, self.saved = len(self._targets), 0
         self._moves = bool(frames)
         output = None if at_once or not has_program() else Output.of(scene)
@@ -114,3 +116,7 @@ class Saving:
         if not is_written:
             write_pixels(scene, picture.pixels, picture.path)
         self.saved += 1
+
+
+def _of_frame(path: Path, frame: int) -> Path:
+    return numbered(path, frame) if "#" in path.stem else path.with_name(f"{path.stem}{frame:04d}{path.suffix}")

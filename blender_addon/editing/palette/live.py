@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import bpy
 
-from spectral_core.palette import PaletteSolution
+from spectral_core.palette import PaletteSolution, PaletteStatus
 
 from ...properties import hooks
 from ...properties.hooks import Topic
@@ -103,15 +103,21 @@ def _undone(scene: bpy.types.Scene) -> None:
     palette = scene.spectral.palette
     for solver in (SOLVES, FINISHES):
         solver.drop(scene)  # it solves the table before the undo
-    if not (palette.live and palette.is_stale):
+    if not (palette.live and (palette.is_stale or _lacks_reasons(palette))):
         picture.follow(scene)
-        return
-    known = known_solve(scene)
-    if known is None:
-        LIVE.request(scene)
     else:
-        solve_now(scene, known)
-        show()
+        known = known_solve(scene)
+        if known is None:
+            LIVE.request(scene)
+        else:
+            solve_now(scene, known)
+            show()
+    possible.follow(scene)  # a step contains the answer of before its edit, which came later
+
+
+def _lacks_reasons(palette: bpy.types.PropertyGroup) -> bool:
+    """True for a step between the solution of an edit and its finish, which names the conflicts."""
+    return palette.status == PaletteStatus.COMPROMISE and not (len(palette.conflicts) or palette.is_alternative)
 
 
 @bpy.app.handlers.persistent

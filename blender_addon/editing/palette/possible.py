@@ -191,13 +191,23 @@ def _words(
         for cell, _ in colors.in_the_way(found)[:2]:
             left = colors.without(cell, wanted)
             name = lights[cell[1]]
-            lines.append(f"Conflict: the exact color under {name}. Without it ΔE {left:.1f} would remain.")
+            lines.append(f"Conflict: the exact color under {name}. {_without(left, found.delta_e_2000)}")
         if colors.alone(wanted) > VISIBLE:
             lines.append("No reflectance has it, even without the other cells. More light or another lamp helps.")
     if colors.open:
         names = ", ".join(lights[column] for _, column in colors.open)
         lines.append(f"Targets under {names} are not exact, so they may be missed.")
     return lines
+
+
+def _without(left: float, before: float) -> str:
+    """What releasing a cell does to the distance of the color that is nearest in CIELAB, given in ΔE2000.
+
+    The distance in CIELAB never grows, the one in ΔE2000 may.
+    """
+    if round(left, 1) < round(before, 1):
+        return f"Without it ΔE2000 {left:.1f} would remain."
+    return f"Without it a color may be nearer in CIELAB, but ΔE2000 does not fall ({left:.1f})."
 
 
 def _picture(colors: PossibleColors, wanted: NDArray[np.float64], found: NearestColor) -> NDArray[np.float32]:

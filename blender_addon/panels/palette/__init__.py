@@ -50,8 +50,12 @@ def draw_palette(layout: UILayout, context: Context) -> None:
     row = layout.row(align=True)
     row.scale_y = 1.3
     row.enabled = bool(palette.status) and not palette.is_stale
-    row.operator("spectral.palette_apply", icon="BRUSH_DATA")
+    row.operator("spectral.palette_apply", icon="BRUSH_DATA").create = False  # not that of the last call
     row.prop(palette, "apply_colors", text="", icon="SHADING_SOLID")
+    if any(each.material is None for each in palette.materials):
+        row = layout.row()
+        row.enabled = bool(palette.status) and not palette.is_stale
+        row.operator("spectral.palette_apply", text="Apply and Make Materials", icon="MATERIAL").create = True
     if palette.picture:
         told = layout.column()
         told.active = False
@@ -61,9 +65,11 @@ def draw_palette(layout: UILayout, context: Context) -> None:
 
 def picture_words(context: Context, palette: PropertyGroup) -> str:
     """How views show a solution that is not applied."""
-    if context.engine != ENGINE and palette.picture != RELIT:
+    if palette.picture == RELIT:
+        return f"The picture of the light dial shows it. {RELIT}."
+    if context.engine != ENGINE:
         return "Rendered views show it with the render engine Spectral."
-    return palette.picture
+    return f"Rendered views show it. {palette.picture}."
 
 
 def _draw_faults(layout: UILayout, context: Context, palette: PropertyGroup) -> None:

@@ -127,7 +127,7 @@ def require_editable(block: ID) -> None:
         source = block.library or block.override_library.reference.library
         raise InvalidInputError(
             f"{block.bl_rna.name.lower()} {block.name!r} is linked from {bpy.path.basename(source.filepath)} and can "
-            "store no spectrum here; make it local, or apply with Make Linked Data Local"
+            "store no spectrum here; make it local: in the panel Palette, Mend Table does so"
         )
 
 

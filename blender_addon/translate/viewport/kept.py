@@ -147,19 +147,18 @@ class Kept:
             self.walk = None
         touched: set[int] = set()
         reshaped: set[int] = set()
-        for update in edits:
-            block = update.id.original
-            kind = block.bl_rna.identifier
-            if kind == "Image":
-                self.forget_images({block.session_uid})
-            if kind not in KNOWN and not (kind == "ShaderNodeTree" and block.is_embedded_data):
+        for edit in edits:
+            if edit.is_geometry:
+                reshaped.add(edit.uid)
+            if edit.kind in ("Object", "Mesh"):  # each material's edit lists all of its objects and meshes
+                if not edit.is_only_shading:
+                    touched.add(edit.uid)
+                continue
+            touched.add(edit.uid)
+            if edit.kind == "Image":
+                self.forget_images({edit.uid})
+            if edit.kind not in KNOWN and not (edit.kind == "ShaderNodeTree" and edit.block.is_embedded_data):
                 self.parts.clear()
-            if update.is_updated_geometry:
-                reshaped.add(block.session_uid)
-            only_shading = update.is_updated_shading and not (update.is_updated_geometry or update.is_updated_transform)
-            # each material's edit lists all of its objects and meshes
-            if kind not in ("Object", "Mesh") or not only_shading:
-                touched.add(block.session_uid)
         self.drop(touched)
         if reshaped:
             self.meshes = {key: kept for key, kept in self.meshes.items() if not kept[1] & reshaped and kept[1]}

@@ -10,32 +10,50 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import chain
-from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
 
 
-def with_owners(updates: Iterable[Any]) -> list[Any]:
+class Edit(NamedTuple):
+    """One update of a depsgraph, read once: an edited material lists all of its objects and meshes.
+
+    ``block``: evaluated data. ``kind``: Blender's name of its type. ``uid``: its session number.
+    """
+
+    block: Any
+    kind: str
+    uid: int
+    is_geometry: bool
+    is_transform: bool
+    is_shading: bool
+
+    @property
+    def is_only_shading(self) -> bool:
+        """True if neither the shape nor the place has changed."""
+        return self.is_shading and not (self.is_geometry or self.is_transform)
+
+
+def with_owners(updates: Iterable[Any]) -> list[Edit]:
     """The updates of a depsgraph, and one for each material, world or lamp of which only the nodes are reported."""
-    listed = list(updates)
-    trees = {
-        update.id.original.session_uid
-        for update in listed
-        if update.id.bl_rna.identifier == "ShaderNodeTree" and update.id.is_embedded_data
-    }
+    edits = [_edit(update) for update in updates]
+    trees = {edit.uid for edit in edits if edit.kind == "ShaderNodeTree" and edit.block.is_embedded_data}
     if not trees:
-        return listed
-    named = {update.id.original.session_uid for update in listed}
+        return edits
+    named = {edit.uid for edit in edits}
     for block in chain(bpy.data.materials, bpy.data.worlds, bpy.data.lights):
         tree = block.node_tree
         if tree is not None and tree.session_uid in trees and block.session_uid not in named:
-            listed.append(
-                SimpleNamespace(
-                    id=block, is_updated_shading=True, is_updated_geometry=False, is_updated_transform=False
-                )
-            )
-    return listed
+            edits.append(Edit(block, block.bl_rna.identifier, block.session_uid, False, False, True))
+    return edits
+
+
+def _edit(update: Any) -> Edit:
+    block = update.id
+    return Edit(
+        block, block.bl_rna.identifier, block.original.session_uid, update.is_updated_geometry,
+        update.is_updated_transform, update.is_updated_shading,
+    )  # fmt: skip
 
 
 def muted_links_of(lamp: Any) -> tuple[bool, ...]:

@@ -18,7 +18,7 @@ from spectral_core.scene import Instance, Light, Note
 
 from ..context import Translation, whole
 from ..visibility import hidden_from, terminator_of
-from .owners import muted_links_of
+from .owners import Edit, muted_links_of
 
 if TYPE_CHECKING:
     from ..objects import Collected
@@ -52,7 +52,8 @@ class Trace:
 
     ``sources``: those of materials, by their key in ``Collected.translated``. ``lights``, ``places``: index of an
     object in ``Collected.lights`` and ``Collected.instances``. ``lamps``: lamp objects by their data. ``repeated``:
-    objects with instances. ``facts``, ``names``: of all objects.
+    objects with instances. ``facts``, ``names``: of all objects that the view shows. ``passed``: objects with an
+    instance that the view does not show.
     """
 
     sources: dict[Any, int] = field(default_factory=dict)
@@ -62,6 +63,11 @@ class Trace:
     repeated: set[int] = field(default_factory=set)
     facts: dict[int, tuple[Any, ...]] = field(default_factory=dict)
     names: dict[int, str] = field(default_factory=dict)
+    passed: set[int] = field(default_factory=set)
+
+    def pass_over(self, instance: Any) -> None:
+        """Take note of an instance that the view does not show, as an object outside of its local view."""
+        self.passed.add(instance.object.original.session_uid)
 
     def see(self, instance: Any, depsgraph: Any) -> None:
         """Take note of an instance of the depsgraph."""
@@ -94,40 +100,42 @@ class Walk:
     """Session numbers of the materials and lamp objects to translate again."""
     moved: set[int] = field(default_factory=set)
 
-    def follows(self, updates: Collection[Any]) -> bool:
-        """Take note of a list of updates; False if it needs a walk, as the changes that Blender does not name."""
-        return bool(updates) and all(map(self._follows, updates))
+    def follows(self, edits: Collection[Edit]) -> bool:
+        """Take note of a list of edits; False if it needs a walk, as the changes that Blender does not name."""
+        return bool(edits) and all(map(self._follows, edits))
 
-    def _follows(self, update: Any) -> bool:
-        block = update.id
-        kind, uid = block.bl_rna.identifier, block.original.session_uid
+    def _follows(self, edit: Edit) -> bool:
+        kind, uid = edit.kind, edit.uid
         if kind == "Object":
-            return self._follows_object(update, block, uid)
+            return self._follows_object(edit)
         if kind == "Mesh":
-            return _is_shading(update)
+            return edit.is_only_shading
         if kind == "Material":
             self.edited.add(uid)
             return uid in self.materials
         if uid in self.lamps:
             self.edited.add(self.lamps[uid])
             return True
-        return kind in SETTLED or (kind == "ShaderNodeTree" and bool(block.is_embedded_data))
+        return kind in SETTLED or (kind == "ShaderNodeTree" and bool(edit.block.is_embedded_data))
 
-    def _follows_object(self, update: Any, block: Any, uid: int) -> bool:
+    def _follows_object(self, edit: Edit) -> bool:
+        block, uid, trace = edit.block, edit.uid, self.found.trace
         if block.type in UNSEEN:
             return not block.is_instancer
-        # an update names the whole object; the depsgraph of the last walk may be gone
-        if facts_of(block, block) != self.found.trace.facts.get(uid):
+        if uid in trace.passed and uid not in trace.facts:  # another part of the view takes another walk anyway
+            return edit.is_only_shading
+        # an edit names the whole object; the depsgraph of the last walk may be gone
+        if facts_of(block, block) != trace.facts.get(uid):
             return False
         if uid in self.lights:
             self.edited.add(uid)
             return True
-        if _is_shading(update):
+        if edit.is_only_shading:
             return True
-        if update.is_updated_geometry or uid not in self.places or block.is_instancer:
+        if edit.is_geometry or uid not in self.places or block.is_instancer:
             return False
         self.moved.add(uid)
-        return bool(update.is_updated_transform)
+        return edit.is_transform
 
     def redesigned(self, uids: Iterable[int]) -> bool:
         """Take note of materials, lamps and worlds whose designed spectra have changed; False if it needs a walk."""
@@ -226,10 +234,6 @@ def walk_of(found: Collected, notes: tuple[Note, ...], kept: Kept) -> Walk | Non
     lamps = {data: uid for data, uid in trace.lamps.items() if uid in lights}
     parts = {key: kept.parts[key].notes for key in made}
     return Walk(found, notes, materials, lights, places, lamps, parts, unreported_of(found.translation.depsgraph))
-
-
-def _is_shading(update: Any) -> bool:
-    return bool(update.is_updated_shading and not (update.is_updated_geometry or update.is_updated_transform))
 
 
 def _depends_on_objects(item: Any) -> bool:

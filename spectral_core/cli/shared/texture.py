@@ -35,7 +35,7 @@ def make_texture(
     ``read``: files that the project came from, beside its pictures; none of them is written over.
     """
     from spectral_core.cli.shared.outputs import require_apart
-    from spectral_core.files.whole import make_folder
+    from spectral_core.files.whole import require_writable
     from spectral_core.palette.texture.project import run_project
     from spectral_core.palette.texture.texture import Picture
     from spectral_core.render.pictures import read_picture
@@ -46,7 +46,7 @@ def make_texture(
 
     require_apart([folder / name for name in WRITTEN], [*project.pictures, *read])
     pictures = [Picture(path.stem, read_picture(path)) for path in project.pictures]
-    make_folder(folder)  # before the work, which would be lost without it
+    require_writable(folder / WRITTEN[0])  # before the work, which would be lost without it
     outcome = run_project(project, pictures, progress)
     figures = figures_of(outcome)
     _print(outcome, figures)

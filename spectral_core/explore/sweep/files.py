@@ -7,7 +7,7 @@ import json
 import os
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +73,16 @@ def require_free(folder: Path) -> None:
         )
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
+
+
+def remove_begun(folder: Path, *, with_folder: bool) -> None:
+    """Remove what was made of a new store without points. ``with_folder``: the folder itself is new, too."""
+    for path in folder.glob("ledger.sqlite*"):
+        with suppress(OSError):
+            path.unlink()
+    for each in (folder / "image", folder / "outcome", folder / "lease", *([folder] if with_folder else [])):
+        with suppress(OSError):  # of a folder that is not empty
+            each.rmdir()
 
 
 @contextmanager

@@ -221,7 +221,9 @@ class _Process:
         timer.start()
         try:
             while not seen.endswith(MARKER):
-                byte = stream.read(1)
+                byte = b""
+                with contextlib.suppress(ValueError):  # another thread has ended the process and closed its pipes
+                    byte = stream.read(1)
                 if not byte:
                     death = self._death("before it was ready")
                     if late.is_set():  # no kill from outside, after which it is started again
@@ -241,8 +243,12 @@ class _Process:
         try:
             send(self.process.stdin, task)  # type: ignore[arg-type]
             return receive(self.process.stdout)  # type: ignore[arg-type]
-        except (EOFError, BrokenPipeError, ConnectionError, OSError):
+        except (EOFError, OSError):
             raise self._death("during a point") from None
+        except ValueError:
+            if not (self.process.stdin.closed or self.process.stdout.closed):
+                raise  # of the task itself
+            raise self._death("during a point") from None  # another thread has ended the process
 
     def _death(self, when: str) -> WorkerDied:
         code, how = ended(self.process)

@@ -17,7 +17,7 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.features.expression import evaluate
 from spectral_core.explore.sweep.cinema import csv_text
 from spectral_core.explore.sweep.designs import Point
-from spectral_core.explore.sweep.files import file_lock, read_json, require_free, write_whole
+from spectral_core.explore.sweep.files import file_lock, read_json, remove_begun, require_free, write_whole
 from spectral_core.explore.sweep.ledger import Ledger, Row, require_ledger, require_points
 from spectral_core.explore.sweep.outcome import point_key
 from spectral_core.explore.sweep.parameters import is_finite, require_column_name
@@ -49,9 +49,18 @@ class Store:
         project.region.checked(project.space)
         project.design = project.design.placed(project.space)
         project.environment = present_environment()
+        is_new_folder = not folder.exists()
         make_folder(folder)
-        store = cls(folder, project)
-        store.save_project()
+        try:
+            store = cls(folder, project)
+            try:
+                store.save_project()
+            except BaseException:
+                store.close()
+                raise
+        except BaseException:  # a full disk: a later run would take the leftover for a sweep that begins
+            remove_begun(folder, with_folder=is_new_folder)
+            raise
         return store
 
     @classmethod

@@ -120,8 +120,8 @@ def _blocks(requests: Sequence[_Request]) -> list[int]:
     return sorted(set().union(*(each.blocks for each in requests)))
 
 
-def _connected(requests: Sequence[_Request]) -> list[list[_Request]]:
-    """The requests in sets that share no spectrum, of those sets that have several."""
+def _components(requests: Sequence[_Request]) -> list[list[_Request]]:
+    """The requests in sets that share no spectrum."""
     sets: list[tuple[set[int], list[_Request]]] = []
     for request in requests:
         blocks, own = set(request.blocks), [request]
@@ -129,7 +129,12 @@ def _connected(requests: Sequence[_Request]) -> list[list[_Request]]:
             sets.remove(other)
             blocks, own = blocks | other[0], other[1] + own
         sets.append((blocks, own))
-    return [own for blocks, own in sets if len(blocks) > 1]
+    return [own for _, own in sets]
+
+
+def _connected(requests: Sequence[_Request]) -> list[list[_Request]]:
+    """Those components that have several spectra."""
+    return [own for own in _components(requests) if len(_blocks(own)) > 1]
 
 
 def _in_conflict(quadratic: Quadratic, requests: Sequence[_Request]) -> list[_Request]:
@@ -192,15 +197,60 @@ def _in_conflict(quadratic: Quadratic, requests: Sequence[_Request]) -> list[_Re
     return [request for number, request in enumerate(requests) if number in used]
 
 
+class _Tested:
+    """Sets of requests that were found to hold. Their subsets hold as well, and need no program."""
+
+    def __init__(self, quadratic: Quadratic) -> None:
+        self._quadratic = quadratic
+        self._held: list[set[_Request]] = []
+        self._found: dict[frozenset[_Request], list[_Request]] = {}
+
+    def in_conflict(self, requests: Sequence[_Request]) -> list[_Request]:
+        """As ``_in_conflict``."""
+        # Components share no spectrum: one that holds by itself is no part of a conflict.
+        unknown = [part for part in _components(requests) if not any(each.issuperset(part) for each in self._held)]
+        asked = frozenset(each for part in unknown for each in part)
+        if not asked:
+            return []
+        if asked not in self._found:
+            self._found[asked] = _in_conflict(self._quadratic, [each for each in requests if each in asked])
+        if not self._found[asked]:
+            self._held += [set(part) for part in unknown]
+        return self._found[asked]
+
+
 def _filtered(quadratic: Quadratic, requests: Sequence[_Request]) -> list[_Request]:
     """Deletion filter (Chinneck 2008): drop each cell without which the others still conflict."""
     # The result is minimal but not unique: another order may keep other cells.
-    kept = list(requests)
+    tested, kept = _Tested(quadratic), list(requests)
+    # A chain without one of its ends contains all parts of it without the cells between, except those at the other end.
+    for end in _ends(kept):
+        tested.in_conflict([each for each in kept if each is not end])
     for request in requests:
         if request not in kept:
             continue
-        fewer = [each for each in kept if each is not request]
-        found = _in_conflict(quadratic, fewer) if fewer else []
+        found = tested.in_conflict([each for each in kept if each is not request])
         if found:
             kept = found
     return kept
+
+
+def _ends(requests: Sequence[_Request]) -> tuple[_Request, _Request]:
+    """Two requests that are far from each other: each has the most requests between itself and another one."""
+    with_block: dict[int, list[_Request]] = {}
+    for request in requests:
+        for k in request.blocks:
+            with_block.setdefault(k, []).append(request)
+
+    def farthest(start: _Request) -> _Request:
+        reached = {start: None}
+        queue = [start]
+        for each in queue:
+            for k in each.blocks:
+                new = [other for other in with_block[k] if other not in reached]
+                reached.update(dict.fromkeys(new))
+                queue += new
+        return queue[-1]
+
+    first = farthest(requests[0])
+    return first, farthest(first)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError
-from spectral_core.files.whole import whole_file
+from spectral_core.files.whole import require_writable, whole_file
 from spectral_core.render.cost.curve import CostCurve, CostPoint
 
 FORMATS = (".png", ".svg", ".pdf")
@@ -48,8 +48,7 @@ def write_figure(path: str | Path, curve: CostCurve, axis: str = "samples", titl
     if not points:
         known = ", ".join(dict.fromkeys(point.axis for point in curve.points))
         raise InvalidInputError(f"the cost curve has no axis {axis!r}; it has {known}")
-    if path.suffix.lower() not in FORMATS:
-        raise InvalidInputError(f"{path.name} ends in {path.suffix!r}; a plot is one of {', '.join(FORMATS)}")
+    _require_format(path)
     pyplot = _pyplot()
     figure, axes = pyplot.subplots(figsize=(7.2, 4.6), dpi=130)
     x = np.array([point.seconds for point in points])
@@ -71,6 +70,18 @@ def write_figure(path: str | Path, curve: CostCurve, axis: str = "samples", titl
             figure.savefig(unfinished, format=path.suffix.lower()[1:])
     finally:
         pyplot.close(figure)
+
+
+def require_drawable(path: str | Path) -> None:
+    """Raise the errors of ``write_figure`` for its file and for matplotlib, before the work for it is done."""
+    _require_format(Path(path))
+    _pyplot()
+    require_writable(path)
+
+
+def _require_format(path: Path) -> None:
+    if path.suffix.lower() not in FORMATS:
+        raise InvalidInputError(f"{path.name} ends in {path.suffix!r}; a plot is one of {', '.join(FORMATS)}")
 
 
 def _mark_now(axes: Any, curve: CostCurve) -> None:

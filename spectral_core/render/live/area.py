@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.errors import RenderError
 from spectral_core.files.of_process import left_in, named_after_process
 
 SLOTS = 3
@@ -63,8 +64,10 @@ class PixelArea:
 
     @classmethod
     def make(cls, pixels: int) -> PixelArea:
-        """Create an area, in memory if the system has a folder for that with enough space. Raises OSError if there is
-        not enough space in the folder of temporary files either.
+        """Create an area, in memory if the system has a folder for that with enough space.
+
+        Raises RenderError if there is not enough space in the folder of temporary files either, OSError if a file
+        cannot be made there.
         """
         size = SLOTS * (_HEAD + 16 * pixels)
         handle, path = tempfile.mkstemp(prefix=named_after_process(PREFIX), dir=_folder(size))
@@ -158,18 +161,25 @@ def _folders() -> list[str]:
 
 
 def _folder(size: int) -> str:
-    """The first folder with space for ``size`` bytes and a reserve, else the last one.
+    """The first folder with space for ``size`` bytes and a reserve, else the last one. Raises RenderError.
 
-    A file in memory grows as it is written, and a process that writes where no memory is left ends with a bus error.
-    Containers often have 64 MB there.
+    The file grows as it is written, and a process that writes where no space is left ends with a bus error. Containers
+    often have 64 MB in memory.
     """
     *folders, last = _folders()
-    return next((folder for folder in folders if _free(folder) >= RESERVE * size), last)
+    found = next((folder for folder in folders if (_free(folder) or 0) >= RESERVE * size), last)
+    left = _free(last)
+    if found == last and left is not None and left < size:
+        raise RenderError(
+            f"the pictures of the view need {size / 1e6:.1f} MB, and the folder of temporary files, {last}, has "
+            f"{left / 1e6:.1f} MB left; make room there, or let the variable TMPDIR name a folder of another disk"
+        )
+    return found
 
 
-def _free(folder: str) -> int:
-    """Bytes that this user can write into a folder; 0 if it cannot be told or written."""
+def _free(folder: str) -> int | None:
+    """Bytes that this user can write into a folder; None if the system does not tell."""
     try:
         return shutil.disk_usage(folder).free if os.access(folder, os.W_OK) else 0
     except OSError:
-        return 0
+        return None

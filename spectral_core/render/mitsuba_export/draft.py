@@ -9,8 +9,15 @@ from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from spectral_core.scene import Note, scene_hash
 from spectral_core.spectra.spectrum import Spectrum
+
+LABELS = {
+    "terminator_cosine": "Shadow Terminator: Geometry Offset", "terminator_shift": "Shadow Terminator: Shading Offset",
+}  # fmt: skip
+"""Blender's labels of fields whose own names an artist would not know."""
 
 
 @dataclass
@@ -64,12 +71,19 @@ class Draft:
             if entry.name in used:
                 continue
             default = entry.default if entry.default_factory is MISSING else entry.default_factory()
-            if default is MISSING or scene_hash(getattr(item, entry.name)) != scene_hash(default):
-                left.append(entry.name.replace("_", " "))
+            if default is MISSING or not _is_equal(getattr(item, entry.name), default):
+                left.append(LABELS.get(entry.name) or re.sub(r"_(rad|w)$", "", entry.name).replace("_", " "))
         if left:
             kind = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(item).__name__).lower()
             whose = "" if kind == subject.lower() else f" of the {kind}"
             self.note(subject, f"no counterpart in Mitsuba, left out{whose}: {', '.join(left)}")
+
+
+def _is_equal(value: Any, default: Any) -> bool:
+    """Whether a field has its default; numbers of Blender are in single precision."""
+    if isinstance(value, float) and isinstance(default, float):
+        return np.float32(value) == np.float32(default)
+    return scene_hash(value) == scene_hash(default)
 
 
 def _is_plain(part: Any) -> bool:

@@ -28,6 +28,7 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 KIND, VERSION = "spectral-scene transport", 1
 _ATTRIBUTE = "spectralSceneTransport"
 _COVERAGE = "coverage"
+_GONE = "if it was moved or renamed, name its present path; else record it (in Blender, or by spectral-scene transport)"
 
 
 def write_transport(path: str | Path, transport: Transport, *, only_over_transports: bool = False) -> None:
@@ -80,7 +81,7 @@ def read_transport(path: str | Path, *, scene_hash: str | None = None) -> Transp
     """
     path = Path(path)
     if not path.is_file():
-        raise FileFormatError(no_file(path, "make one with: spectral-scene transport"))
+        raise FileFormatError(no_file(path, _GONE))
     what = "a transport file; record it again"
     with reading(path, what):
         parts = read_exr(path, what)
@@ -92,7 +93,9 @@ def read_transport(path: str | Path, *, scene_hash: str | None = None) -> Transp
             )
     if scene_hash is not None and scene_hash != transport.scene_hash:
         raise FileFormatError(
-            f"{path} was recorded from another scene, or from this one before a change; record it again"
+            f"{path} was recorded from another scene, from this one before a change (also of its samples or notes), or "
+            "by a version of this program that describes scenes otherwise; record it again, or mix it as it is by: "
+            "spectral-scene relight"
         )
     return transport
 

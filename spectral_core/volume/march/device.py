@@ -56,6 +56,8 @@ class DeviceVolume:
         strides = (1, volume.shape[0], volume.shape[0] * volume.shape[1])
         # A neighbor beyond a single slice is the slice itself.
         self.hops = opaque(types.UInt32, [s if n > 1 else 0 for s, n in zip(strides, volume.shape, strict=True)])
+        self.rounding = 0.0
+        """Largest difference of a stored value from its voxel, in data units."""
         self.store = self._upload(data)
 
     def _upload(self, data: NDArray[Any]) -> Any:
@@ -66,7 +68,12 @@ class DeviceVolume:
             return types.UInt8(data.ravel())
         if data.dtype == np.float32 and self.base == 0.0 and self.unit == 1.0:
             return types.Float(data.ravel())
-        return types.Float(((data.astype(np.float64) - self.base) / self.unit).astype(np.float32).ravel())
+        stored = np.empty(data.shape, np.float32)
+        for plane, into in zip(data, stored, strict=True):
+            exact = (plane.astype(np.float64) - self.base) / self.unit
+            into[:] = exact
+            self.rounding = max(self.rounding, self.unit * float(np.abs(into - exact).max()))
+        return types.Float(stored.ravel())
 
     def value(self, p: Any, active: Any = True) -> Any:
         """Trilinear value at ``p`` (Array3f, index coordinates), in stored units."""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.files.whole_picture import require_written
 from spectral_core.spectra.color import display_rgb_from_linear
 
 from .permitted import permitted
@@ -59,7 +61,9 @@ def _converted(rgb: Array, space: str) -> Array:
             written.colorspace_settings.name = "Non-Color"
             written.pixels.foreach_set(pixels.ravel())
             written.filepath_raw, written.file_format = path, "OPEN_EXR"
-            written.save()
+            with suppress(RuntimeError):  # Blender's, on a full disk
+                written.save()
+            require_written(Path(path))
         finally:
             bpy.data.images.remove(written)
         read = bpy.data.images.load(path, check_existing=False)

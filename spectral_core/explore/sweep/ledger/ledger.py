@@ -58,20 +58,29 @@ class Ledger:
         if self.is_read_only:
             self._copy = tempfile.TemporaryDirectory(prefix="ledger-")
             place = copied(path, Path(self._copy.name))
+        connection = None
         try:
             connection = sqlite3.connect(place, timeout=60.0, check_same_thread=False, isolation_level=None)
-            connection.execute("PRAGMA journal_mode=WAL")
-            connection.execute("PRAGMA synchronous=NORMAL")
-            found = connection.execute("PRAGMA user_version").fetchone()[0]
-            if found not in (0, VERSION):
-                raise FileFormatError(f"{path} is a ledger of version {found}; this program writes version {VERSION}")
-            connection.executescript(_TABLES)
-            connection.execute(f"PRAGMA user_version={VERSION}")
-        except sqlite3.OperationalError as error:
-            raise FileWriteError(f"{path} cannot be opened: {error}; is the disk full or the folder closed?") from error
-        except sqlite3.DatabaseError as error:
-            raise self._damaged(error) from error
+            self._prepare(connection)
+        except BaseException as error:
+            if connection is not None:
+                connection.close()
+            if isinstance(error, sqlite3.OperationalError):
+                text = f"{path} cannot be opened: {error}; is the disk full or the folder closed?"
+                raise FileWriteError(text) from error
+            if isinstance(error, sqlite3.DatabaseError):
+                raise self._damaged(error) from error
+            raise
         return connection
+
+    def _prepare(self, connection: sqlite3.Connection) -> None:
+        connection.execute("PRAGMA journal_mode=WAL")
+        connection.execute("PRAGMA synchronous=NORMAL")
+        found = connection.execute("PRAGMA user_version").fetchone()[0]
+        if found not in (0, VERSION):
+            raise FileFormatError(f"{self.path} is a ledger of version {found}; this program writes version {VERSION}")
+        connection.executescript(_TABLES)
+        connection.execute(f"PRAGMA user_version={VERSION}")
 
     def _keep_up(self) -> None:
         """Copy a read-only ledger again if it has changed."""
