@@ -126,7 +126,7 @@ def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]
         print(f"{count} set aside: {reason}")
     print(f"table: {sweep.store.folder / 'data.csv'}")
     for name, count in report.not_finite.items():
-        rows = f"{count} of {len(plan.keys)} points"
+        rows = f"{count} of {len(plan.keys) - len(report.failures)} points"
         print(f"note: {name!r} has no finite value at {rows}; the table has no number there", file=sys.stderr)
     if report.not_compared:
         print(f"the points are not compared with the reference: {report.not_compared}", file=sys.stderr)

@@ -21,6 +21,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from spectral_core.cli.shared.fill_values import noted
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
@@ -28,6 +29,7 @@ from spectral_core.files.names import file_words
 
 if TYPE_CHECKING:
     from spectral_core.spectra.spectrum import Illuminant
+    from spectral_core.volume.documents.transfer_document import TransferDocument
     from spectral_core.volume.field import ScalarVolume
     from spectral_core.volume.plan import Plan
     from spectral_core.volume.transfer import TransferFunction
@@ -189,12 +191,12 @@ def _transfer(given: str, frames: Sequence[_Frame]) -> Callable[[ScalarVolume], 
 
     named = given.removeprefix("preset:")  # as the integrator's files spell it
     is_file = Path(given).suffix.lower() in (".toml", ".json") or (named not in PRESETS and Path(given).is_file())
+    if len(frames) == 1:  # its file is read first
+        return lambda volume: preset(named, noted(volume)) if not is_file else _fitted(read_transfer(given), volume)
     stated = read_transfer(given) if is_file else None
     if stated is not None and stated.values == "data":
         return stated.for_volume
-    if len(frames) == 1:
-        return lambda volume: preset(named, _noted(volume)) if stated is None else stated.for_volume(_noted(volume))
-    ranges = [_noted(frame.read()).range_without_fill_values for frame in frames]
+    ranges = [noted(frame.read()).range_without_fill_values for frame in frames]
     all_frames = min(low for low, _ in ranges), max(high for _, high in ranges)
     if stated is None:  # fitted to the frame of the widest range, and stretched to that of all frames
         widest = frames[max(range(len(ranges)), key=lambda index: ranges[index][1] - ranges[index][0])].read()
@@ -202,14 +204,8 @@ def _transfer(given: str, frames: Sequence[_Frame]) -> Callable[[ScalarVolume], 
     return partial(stated.for_volume, value_range=all_frames)
 
 
-def _noted(volume: ScalarVolume) -> ScalarVolume:
-    """The volume, after a note on its values that presets and fractions leave out."""
-    from spectral_core.volume.fill_values import fill_values_note
-
-    note = fill_values_note(volume.data, volume.range_without_fill_values)
-    if note:
-        print(f'{volume.name}: {note}. If it is data, state the knots by value (values = "data")')
-    return volume
+def _fitted(stated: TransferDocument, volume: ScalarVolume) -> TransferFunction:
+    return stated.for_volume(volume if stated.values == "data" else noted(volume))
 
 
 def _estimate(chosen: Plan) -> str:

@@ -231,3 +231,15 @@ def test_a_spacing_is_above_zero(spacing: tuple[str, ...], capsys: pytest.Captur
     """A negative one showed the volume mirrored."""
     assert main(["volume", "sample:gaussians:8", "--transfer", "wide", "--spacing", *spacing]) == 1
     assert "expected three lengths above 0" in capsys.readouterr().err
+
+
+@needs_drjit
+def test_a_note_names_values_that_count_as_missing(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    data = np.resize(np.linspace(0.0, 1.0, 500), (10, 10, 10)).astype(np.float32)
+    data[0] = -9999.0
+    np.save("marked.npy", data)
+    np.save("labels.npy", np.resize([0, 1, 2, 255], (10, 10, 10)).astype(np.uint8))
+    for name, is_noted in (("marked", True), ("labels", False)):
+        assert main(["volume", f"{name}.npy", "--transfer", "wide", "--size", "16", "16"]) == 0
+        assert ("-9999 counts as missing data" in capsys.readouterr().out) == is_noted

@@ -129,3 +129,14 @@ def test_a_drag_along_an_axis_may_end_outside(tmp_path: Path) -> None:
         assert page.run("explorer.parallel.drag") is None
         assert page.run("Array.from(explorer.state.selection)") == [0, 0, 1, 1]
         assert page.errors == []
+
+
+def test_points_without_a_text_are_gray_and_have_no_place_on_its_axis(tmp_path: Path) -> None:
+    """A missing text had a place without a name, and a color of its own."""
+    numbers = [0.0, 1.0, 2.0, 3.0]
+    columns = {"a": numbers, "b": numbers, "t": ["one", None, "two", ""]}
+    drawing = draw_matrix(tmp_path / "texts.svg", columns, ["a", "b", "t"], color="t").read_text("utf-8")
+    assert "fill: #b0b0b0" in drawing
+    texts = re.findall(r"<!-- (.*?) -->", drawing)
+    assert "color: t; gray: no value" in texts
+    assert [text for text in texts if text in ("one", "two", "")] == ["one", "two"] * (len(texts) and 2)

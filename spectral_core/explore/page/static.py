@@ -231,11 +231,11 @@ def _figure(path: str | Path, width: float, height: float | None = None) -> Any:
 
 
 def _plotted(columns: Mapping[str, Sequence[Any]], name: str) -> tuple[Any, list[str]]:
-    """A column as numbers, and the text of each number."""
+    """A column as numbers, and the text of each number; NaN where a text is missing."""
     if name not in columns:
         raise UnknownNameError.among("column", name, columns)
     column = as_column(columns[name])
     if column.dtype.kind != "U":
         return column, []
-    texts = sorted(set(column))
-    return np.array([texts.index(text) for text in column], float), [str(text) for text in texts]
+    texts = sorted({*column} - {""})
+    return np.array([texts.index(text) if text else np.nan for text in column], float), [str(text) for text in texts]
