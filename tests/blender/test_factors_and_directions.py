@@ -40,6 +40,19 @@ def test_a_vector_in_a_factor_is_one_number(glow, kind):
     np.testing.assert_allclose(color(output), (0.5, 0.4, 0.6), atol=1e-6)
 
 
+def test_a_vector_in_the_plain_factor_of_mixed_vectors_is_one_number(glow):
+    tree, color = glow
+    mixed, vector = tree.nodes.new("ShaderNodeMix"), tree.nodes.new("ShaderNodeCombineXYZ")
+    for socket, value in zip(vector.inputs, VECTOR, strict=True):
+        socket.default_value = value
+    mixed.data_type, mixed.clamp_factor = "VECTOR", False
+    second = [socket for socket in mixed.inputs if socket.type == "VECTOR" and socket.name == "B"][0]
+    second.default_value = (0.2, 0.4, 0.6)
+    tree.links.new(vector.outputs[0], next(socket for socket in mixed.inputs if socket.identifier == "Factor_Float"))
+    output = next(socket for socket in mixed.outputs if socket.type == "VECTOR")
+    np.testing.assert_allclose(color(output), (0.1, 0.2, 0.3), atol=1e-6)
+
+
 def test_the_direction_of_a_normal_node_has_the_length_1(glow):
     tree, color = glow
     node = tree.nodes.new("ShaderNodeNormal")

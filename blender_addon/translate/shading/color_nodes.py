@@ -42,8 +42,10 @@ def _mix(reader: Reader, output: Output) -> Any:
         clamps, clamps_factor = data_type == "RGBA" and node.clamp_result, node.clamp_factor
         mode = node.blend_type if data_type == "RGBA" else "MIX"
     factor = reader.read(output, names[0])
-    if clamps_factor:  # a color or vector in a plain factor becomes a number first, as in Cycles
-        is_vector = names[0] == "Factor_Vector"
+    is_vector = names[0] == "Factor_Vector"
+    if not is_vector:  # a color or vector in a plain factor becomes a number first, as in Cycles
+        factor = factor.as_number()
+    if clamps_factor:
         factor = (
             reader.emit("clamped_color", factor)
             if is_vector
