@@ -46,7 +46,7 @@ def test_a_vector_in_the_plain_factor_of_mixed_vectors_is_one_number(glow):
     for socket, value in zip(vector.inputs, VECTOR, strict=True):
         socket.default_value = value
     mixed.data_type, mixed.clamp_factor = "VECTOR", False
-    second = [socket for socket in mixed.inputs if socket.type == "VECTOR" and socket.name == "B"][0]
+    second = next(socket for socket in mixed.inputs if socket.type == "VECTOR" and socket.name == "B")
     second.default_value = (0.2, 0.4, 0.6)
     tree.links.new(vector.outputs[0], next(socket for socket in mixed.inputs if socket.identifier == "Factor_Float"))
     output = next(socket for socket in mixed.outputs if socket.type == "VECTOR")
