@@ -42,11 +42,13 @@ def _mix(reader: Reader, output: Output) -> Any:
         clamps, clamps_factor = data_type == "RGBA" and node.clamp_result, node.clamp_factor
         mode = node.blend_type if data_type == "RGBA" else "MIX"
     factor = reader.read(output, names[0])
+    is_vector = names[0] == "Factor_Vector"
+    if not is_vector:  # a color or vector in a plain factor becomes a number first, as in Cycles
+        factor = factor.as_number()
     if clamps_factor:
-        wide = reader.builder.width(factor.register) == 3
         factor = (
             reader.emit("clamped_color", factor)
-            if wide
+            if is_vector
             else reader.emit("clamp", factor, 0.0, 1.0, settings=("MINMAX",))
         )
     if data_type == "FLOAT":
@@ -137,6 +139,8 @@ def _transform(reader: Reader, output: Output) -> Any:
 @evaluator("NORMAL")
 def _normal(reader: Reader, output: Output) -> Any:
     direction = np.array(output.node.outputs[0].default_value[:], dtype=np.float64)
+    length = np.linalg.norm(direction)
+    direction = direction / length if length > 0.0 else direction  # scripts may store any length
     if output.socket.type == "VECTOR":
         return direction
     return reader.emit("normal_dot", direction, reader.read(output, "Normal"))
