@@ -8,6 +8,7 @@ import signal
 import struct
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -126,6 +127,30 @@ def test_an_exception_of_the_caller_leaves_no_pending_result(process):
 
     with pytest.raises(Interrupt):
         process.render(ENDLESS, on_progress=interrupt)
+    assert process.render(SMALL).samples == 5
+
+
+def test_an_answer_that_cannot_be_read_is_an_error_and_the_next_render_works(process, monkeypatch):
+    process.render(SMALL)
+
+    def no_memory(_stream):
+        raise MemoryError("no room for 33 GB")
+
+    monkeypatch.setattr("spectral_core.render.process.renderer.receive", no_memory)
+    end = time.monotonic() + PATIENCE_S  # the render went on without end
+    with pytest.raises(RenderError, match="could not be read .MemoryError: no room for 33 GB"):
+        process.render(ENDLESS, should_stop=lambda: time.monotonic() > end)
+    monkeypatch.undo()
+    assert process.render(SMALL).samples == 5
+
+
+def test_a_process_that_another_thread_closes_is_an_error_and_the_next_render_works(process):
+    begun = threading.Event()
+    closer = threading.Thread(target=lambda: begun.wait(PATIENCE_S) and process.close())
+    closer.start()
+    with pytest.raises(RenderError, match="was closed before it answered"):
+        process.render(ENDLESS, on_progress=lambda _: begun.set())
+    closer.join()
     assert process.render(SMALL).samples == 5
 
 

@@ -11,6 +11,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -176,6 +177,13 @@ class ProcessEnded(RenderError):
     """A render process has ended: it crashed, or something killed it."""
 
 
+@dataclass(frozen=True)
+class _Unreadable:
+    """In place of a message: the error with which reading it ended, such as MemoryError."""
+
+    error: Exception
+
+
 class Worker:
     """One process that runs ``module``, with its log and its messages; ``niceness`` is added to that of this process.
 
@@ -184,6 +192,7 @@ class Worker:
 
     def __init__(self, python: str, module: str = "spectral_core.render.process.worker", *, niceness: int = 0) -> None:
         self.idle = True
+        self._is_ended = False
         self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
         flags = getattr(subprocess, "CREATE_NO_WINDOW", 0)
         if niceness:
@@ -223,6 +232,8 @@ class Worker:
                 self._messages.put(receive(self.process.stdout))  # type: ignore[arg-type]
         except (EOFError, OSError, ValueError):
             self._messages.put(None)
+        except Exception as error:  # noqa: BLE001 - the thread that waits for the message raises it
+            self._messages.put(_Unreadable(error))
 
     def post(self, message: Any) -> None:
         """Send a message; a dead process raises RenderError."""
@@ -232,18 +243,29 @@ class Worker:
             send(self.process.stdin, message)  # type: ignore[arg-type]
         except OSError:
             raise self._death() from None
+        except ValueError:
+            if not self._is_ended:  # otherwise the pipe is closed
+                raise
+            raise self._death() from None
 
     def next_message(self, wait_s: float) -> Any:
-        """The next message, None after ``wait_s``; a dead process raises RenderError."""
+        """The next message, None after ``wait_s``; a dead process or an unreadable message raises RenderError."""
         try:
             message = self._messages.get(timeout=wait_s)
         except queue.Empty:
             return None
         if message is None:
             raise self._death()
+        if isinstance(message, _Unreadable):
+            what = f"{type(message.error).__name__}: {message.error}".rstrip(": ")
+            raise RenderError(
+                f"the answer of the render process could not be read ({what}); rendering again starts a new one"
+            ) from message.error
         return message
 
     def _death(self) -> ProcessEnded:
+        if self._is_ended:
+            return ProcessEnded("the render process was closed before it answered; rendering again starts a new one")
         code, how = ended(self.process)
         hint = "; it may have run out of memory" if code == -9 else ""
         return ProcessEnded(
@@ -252,7 +274,8 @@ class Worker:
         )
 
     def end(self) -> None:
-        """End the process and collect it."""
+        """End the process and collect it. A thread that waits for a message gets ProcessEnded."""
+        self._is_ended = True
         if self.alive:
             self.process.kill()
         self.process.wait()
