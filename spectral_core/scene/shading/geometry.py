@@ -142,11 +142,13 @@ def bevel(xp: Any, normal: Any, radius: Any, samples: int) -> Any:
 
 @operation("3 1 3 3 3", 3)
 def normal_map(xp: Any, color: Any, strength: Any, normal: Any, tangent: Any, bitangent: Any) -> Any:
-    """Normal Map node in tangent space; ``bitangent`` carries the handedness of the UV map."""
+    """Normal Map node in tangent space; ``bitangent`` carries the handedness of the UV map.
+
+    A negative strength bends to the other side, as in Cycles; ``normal_blend`` reads it as 0, as Cycles does there.
+    """
     x, y, z = (2.0 * c - 1.0 for c in color)
-    s = xp.maximum(strength, 0.0)
-    flat = mix(1.0 + 0.0 * z, z, clip(xp, s))
-    bent = add(add(multiply(tangent, x * s), multiply(bitangent, y * s)), multiply(normal, flat))
+    flat = mix(1.0 + 0.0 * z, z, clip(xp, strength))
+    bent = add(add(multiply(tangent, x * strength), multiply(bitangent, y * strength)), multiply(normal, flat))
     size = length(xp, bent)
     return choose(xp, size > 0.0, multiply(bent, 1.0 / xp.maximum(size, 1e-20)), normal)
 
