@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from concurrent.futures import wait
 from types import SimpleNamespace
 
 import numpy as np
@@ -133,26 +134,29 @@ def test_no_nearest_color_is_reported(blender, palette) -> None:
 
 
 def test_an_answer_is_computed_in_a_thread(blender, palette, monkeypatch) -> None:
-    import time
-
+    from blender_addon.editing import behind
     from blender_addon.editing.palette import possible
 
     scene = blender.context.scene
     blender.ops.spectral.palette_possible()
     first = palette.possible.light_uid
     palette.active_column = 1
-    monkeypatch.setattr(possible, "bpy", SimpleNamespace(app=SimpleNamespace(background=False, timers=Timers()),
-                                                         data=blender.data))  # fmt: skip
+    is_rendering = [True]
+    app = SimpleNamespace(background=False, timers=Timers(), is_job_running=lambda _job: is_rendering[0])
+    for module in (possible, behind):
+        monkeypatch.setattr(module, "bpy", SimpleNamespace(app=app, data=blender.data))
     monkeypatch.setattr(possible, "redraw", lambda *_: None)
     palette.possible_follows = False
     possible.follow(scene)
-    assert possible._collect() is None  # no question was started
+    assert possible.ANSWERS.running == {}  # no question was started
     palette.possible_follows = True
     possible.follow(scene)
-    end = time.monotonic() + 60
-    while possible._collect() is not None and time.monotonic() < end:
-        time.sleep(0.01)
-    possible.stop()
+    wait([each.answer for each in possible.ANSWERS.running.values()], 60)
+    possible.ANSWERS.collect()
+    assert palette.possible.light_uid == first  # a render reads the scene
+    is_rendering[0] = False
+    assert possible.ANSWERS.collect() is None
+    possible.ANSWERS.stop()
     assert palette.possible.light_uid == palette.lights[1].uid != first
 
 

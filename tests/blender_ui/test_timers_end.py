@@ -65,12 +65,14 @@ def test_an_edit_is_followed_although_the_file_before_had_an_unanswered_one(blen
 @pytest.fixture
 def asked(blender, timers, monkeypatch):
     """The module of *Possible?*, in a session with a window."""
+    from blender_addon.editing import behind
     from blender_addon.editing.palette import possible
 
-    monkeypatch.setattr(possible, "bpy", windowed(blender, timers))
+    for module in (possible, behind):
+        monkeypatch.setattr(module, "bpy", windowed(blender, timers))
     monkeypatch.setattr(possible, "redraw", lambda *_: None)
     yield possible
-    possible.stop()
+    possible.ANSWERS.stop()
 
 
 def answers(timers: Timers) -> None:

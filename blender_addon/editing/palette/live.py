@@ -165,5 +165,5 @@ def unregister() -> None:
     LIVE.cancel()
     SOLVES.stop()
     FINISHES.stop()
-    possible.stop()
+    possible.ANSWERS.stop()
     forget_solutions()

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+import traceback
+from dataclasses import dataclass
+from functools import partial
 
 import bpy
 import numpy as np
@@ -20,14 +21,15 @@ from spectral_core.spectra.spectrum import Illuminant
 
 from ...translate.palette.problem import palette_problem
 from ...translate.spectra.stored import spectrum_of
-from ..deferred import open_scene, redraw
+from ..behind import Behind
+from ..deferred import redraw
 
 SIZE = 96
-POLL_SECONDS = 0.05
 VISIBLE = 1.0
 """ΔE2000 from which a difference is visible."""
 NOTHING = 0.05
 """ΔE2000 below which a difference reads as 0.0: a nearest color that was taken lies on the edge of what is possible."""
+ANSWERS = Behind("possible")
 _pictures: dict[int, NDArray[np.float32]] = {}
 """Picture of the last answer by scene. Not saved: an opened file computes it again."""
 
@@ -95,19 +97,6 @@ def keep(scene: Scene, known: Answer) -> PropertyGroup:
     return answer
 
 
-@dataclass
-class _Asking:
-    """A question in a thread; ``again``: the scenes in which another cell or color was selected since then."""
-
-    scene: int
-    answer: Future[Answer]
-    again: set[int] = field(default_factory=set)
-
-
-_thread: list[ThreadPoolExecutor] = []
-_asking: list[_Asking] = []
-
-
 def follow(scene: Scene) -> None:
     """Answer for the selected cell on a thread, if the artist enabled that; the panel shows the answer when it is
     ready.
@@ -115,50 +104,31 @@ def follow(scene: Scene) -> None:
     palette = scene.spectral.palette
     if bpy.app.background or not palette.possible_follows or not (len(palette.materials) and len(palette.lights)):
         return
-    if _asking:
-        _asking[0].again.add(scene.session_uid)
-        _look_later()  # an opened file ends the timers
+    if ANSWERS.is_busy(scene, follow):
         return
     try:
         question = question_of(palette)
     except SpectralError:  # the palette's own message reports it
         return
-    if not _thread:
-        _thread.append(ThreadPoolExecutor(1, thread_name_prefix="possible"))
-    _asking.append(_Asking(scene.session_uid, _thread[0].submit(answered, question)))
-    _look_later()
+    ANSWERS.run(scene, partial(_answer_or_none, question), _show, patience_seconds=0.0)
 
 
-def _look_later() -> None:
-    if not bpy.app.timers.is_registered(_collect):
-        bpy.app.timers.register(_collect, first_interval=POLL_SECONDS)
+def _answer_or_none(question: Question) -> Answer | None:
+    try:
+        return answered(question)
+    except SpectralError:  # a table without an answer shows none
+        return None
+    except Exception:  # noqa: BLE001 - a thread cannot pass the error to a caller
+        traceback.print_exc()
+        return None
 
 
-def _collect() -> float | None:
-    """Store the answer of the thread, and start again where something has changed since then."""
-    if not _asking or not _asking[0].answer.done():
-        return POLL_SECONDS if _asking else None
-    asked = _asking.pop()
-    scene = open_scene(asked.scene)
-    if scene is not None and asked.answer.exception() is None:
-        keep(scene, asked.answer.result())
-        redraw("VIEW_3D", "PROPERTIES")
-    elif scene is not None:
+def _show(scene: Scene, answer: Answer | None) -> None:
+    if answer is None:
         scene.spectral.palette.possible.words = ""
-    for number in asked.again:
-        again = open_scene(number)
-        if again is not None:
-            follow(again)
-    return POLL_SECONDS if _asking else None
-
-
-def stop() -> None:
-    """Stop waiting for an answer."""
-    _asking.clear()
-    if bpy.app.timers.is_registered(_collect):
-        bpy.app.timers.unregister(_collect)
-    while _thread:
-        _thread.pop().shutdown(wait=False, cancel_futures=True)
+    else:
+        keep(scene, answer)
+    redraw("VIEW_3D", "PROPERTIES")
 
 
 def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArray[np.float64] | None]:
