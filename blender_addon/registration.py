@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from importlib import import_module
 
-import addon_utils
 import bpy
 
 from . import command_line, engine, interface, jobs, preferences
@@ -33,6 +32,8 @@ def register_once() -> None:
     Another copy of the extension is disabled: Blender enables the installed one in each process, also where this one
     runs from its sources, and requests of one copy do not reach the engine of another one.
     """
+    import addon_utils  # bpy from PyPI has put its folder on the path by now
+
     if hasattr(bpy.types.Scene, "spectral"):
         others = {package for package in _registered_packages() if package != __package__}
         if not others:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -88,11 +89,13 @@ class Behind:
             scene = open_scene(uid)
             if scene is None:
                 continue  # deleted in the meantime
-            found.done(scene, found.answer.result())
-            self._is_collecting = True
             try:
+                found.done(scene, found.answer.result())
+                self._is_collecting = True
                 if found.then is not None:
                     found.then(scene)
+            except Exception:  # noqa: BLE001 - Blender would end the timer, and other scenes would wait without end
+                traceback.print_exc()
             finally:
                 self._is_collecting = False
         return POLL_SECONDS if self.running else None

@@ -20,7 +20,7 @@ from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.store import Store
 
 from .background import told_if_temporary
-from .deferred import open_scene, redraw
+from .deferred import RENDER_SECONDS, open_scene, redraw
 from .sweep_documents import Documents, command_line, folder_of, parameters_of, require_own_table, write_documents
 from .sweep_points import set_point
 from .sweep_run import Run
@@ -138,6 +138,8 @@ def watch() -> None:
 
 def tick() -> float | None:
     """Update the progress. Blender's timer calls this."""
+    if bpy.app.is_job_running("RENDER"):
+        return RENDER_SECONDS  # nothing is written while a render reads
     scene = open_scene(_scene_uid)
     if scene is None:
         _forget()  # the scene was deleted
@@ -225,7 +227,12 @@ def serve(scene: Scene) -> str:
         return "Blender renders the points in the background; reload the page to see them"
 
     # only the main thread may change the file, and a render opens one: both run there
-    _server = PageServer(LiveSweep(Store.open(folder), apply=apply, render=render))
+    store = Store.open(folder)
+    try:
+        _server = PageServer(LiveSweep(store, apply=apply, render=render))
+    except BaseException:
+        store.close()
+        raise
     threading.Thread(target=_server.serve_forever, daemon=True).start()
     return _server.address
 
@@ -235,16 +242,19 @@ def _on_main_thread(uid: int, work: Callable[[Scene], Any]) -> None:
     if uid != _served_uid:
         raise InvalidInputError("the scene of this page is no longer open in Blender; open its file and press Explore")
 
-    def run() -> None:
+    def run() -> float | None:
         global _served_uid
+        if bpy.app.is_job_running("RENDER"):
+            return RENDER_SECONDS  # a render would show a part of the change
         scene = open_scene(uid)
         if scene is None:
             _served_uid = 0  # the scene was deleted: the page reports it from now on
-            return
+            return None
         try:
             work(scene)
         except (SpectralError, RuntimeError) as error:
             scene.spectral.sweep.status = str(error).strip()
+        return None
 
     bpy.app.timers.register(run)
 

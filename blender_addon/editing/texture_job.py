@@ -20,7 +20,7 @@ from spectral_core.spectra.color import display_rgb_from_linear
 
 from ..translate.texture_project import project_of, report_lines
 from .background import BackgroundCommand, temporary, told_if_temporary
-from .deferred import open_scene, redraw
+from .deferred import RENDER_SECONDS, open_scene, redraw
 
 POLL_S = 0.25
 DOCUMENT = "texture.toml"
@@ -97,7 +97,7 @@ def look() -> bool:
         return False
     design, words = scene.spectral.texture, job.lines()
     steps = [line.split(maxsplit=2) for line in words if line.startswith("progress ")]
-    if steps:
+    if steps and len(steps[-1]) == 3:  # the last line may not be complete yet
         design.progress, design.status = float(steps[-1][1]), steps[-1][2]
     if code is None:
         return True
@@ -107,7 +107,11 @@ def look() -> bool:
     if code:
         design.status = (message or f"it ended with status {code}").removeprefix("spectral-scene texture: ")
     else:
-        _take_over(design, job.folder)
+        try:
+            _take_over(design, job.folder)
+        except (OSError, ValueError, KeyError, RuntimeError) as error:  # its files were deleted or changed
+            design.failed = True
+            design.status = f"the files of the design in {job.folder} cannot be read ({error}); design it again"
     return False
 
 
@@ -141,6 +145,8 @@ def watch() -> None:
 
 def tick() -> float | None:
     """Update the progress. Blender's timer calls this."""
+    if bpy.app.is_job_running("RENDER"):
+        return RENDER_SECONDS  # nothing is written while a render reads
     was_open, is_running = _job is not None, look()
     redraw("VIEW_3D")
     if is_running:

@@ -91,6 +91,15 @@ def test_an_undo_of_a_later_edit_keeps_the_designed_texture(scene: Any, monkeypa
     assert bpy.context.scene.spectral.texture.texture_file == "made.exr"
 
 
+def test_files_of_a_design_that_cannot_be_read_are_an_error_of_it(scene: Any, monkeypatch: Any) -> None:
+    """The timer ended in a traceback, and the panel kept the status of the last step."""
+    monkeypatch.setattr(texture_job.child, "command", lambda *_: [sys.executable, "-c", "print('progress 0.5')"])
+    started(scene).wait()
+    assert texture_job.tick() is None
+    told = bpy.context.scene.spectral.texture
+    assert told.failed and "cannot be read" in told.status and "design it again" in told.status
+
+
 def test_a_process_that_has_ended_is_no_design(scene: Any) -> None:
     """Even before the timer has noticed it."""
     process = started(scene)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from types import SimpleNamespace
 
@@ -106,3 +107,54 @@ def test_possible_colors_are_told_in_two_scenes_that_ask_at_once(blender, timers
     answers(timers)
     for scene in (first, second):
         assert scene.spectral.palette.possible.words, scene.name
+
+
+def test_nothing_is_written_while_a_render_reads(blender, timers, monkeypatch) -> None:
+    from blender_addon.editing import sweep, texture_job
+    from blender_addon.editing.deferred import RENDER_SECONDS
+    from blender_addon.editing.dial import paths
+
+    scene = blender.context.scene
+    state = SimpleNamespace(renders=True)
+    for module in (sweep, texture_job, paths):
+        seen = windowed(blender, timers)
+        seen.app.is_job_running = lambda _name: state.renders
+        monkeypatch.setattr(module, "bpy", seen)
+    copied = threading.Thread(target=int)
+    copied.start()
+    copied.join()
+    assert paths._report(scene.session_uid, copied, ["lost"]) == RENDER_SECONDS
+    assert sweep.tick() == texture_job.tick() == RENDER_SECONDS
+    monkeypatch.setattr(sweep, "_served_uid", scene.session_uid)
+    done: list[str] = []
+    sweep._on_main_thread(scene.session_uid, lambda target: done.append(target.name))
+    timers.run_all()
+    assert not done
+    assert scene.spectral.dial.message == ""
+    state.renders = False
+    timers.run_all()
+    assert done == [scene.name]
+    assert paths._report(scene.session_uid, copied, ["lost"]) is None
+    assert scene.spectral.dial.message == "lost"
+
+
+def test_an_error_in_one_answer_does_not_keep_the_next_scene_waiting(blender, timers, monkeypatch, capsys) -> None:
+    from blender_addon.editing import behind
+
+    monkeypatch.setattr(behind, "bpy", windowed(blender, timers))
+    work = behind.Behind("test")
+    scenes = [blender.context.scene, blender.data.scenes.new("Second")]
+    hold, done = threading.Event(), []
+
+    def answered(scene, _answer) -> None:
+        done.append(scene.name)
+        raise OSError(f"of {len(done)}")
+
+    for scene in scenes:
+        work.run(scene, hold.wait, answered, patience_seconds=0.0)
+    hold.set()
+    answers(timers)
+    work.stop()
+    assert done == [scene.name for scene in scenes]
+    told = capsys.readouterr().err
+    assert "OSError: of 1" in told and "OSError: of 2" in told

@@ -52,3 +52,15 @@ def test_requests_reach_the_engine_of_the_copy_that_is_asked(tmp_path: Path, ena
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "CAUGHT 1 False" in done.stdout, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("register", ["register", "register_once"])
+def test_a_script_may_import_the_extension_before_bpy(tmp_path: Path, register: str) -> None:
+    """bpy from PyPI puts Blender's own modules on the path when it is imported; one was imported before it."""
+    pytest.importorskip("bpy")
+    code = f"import blender_addon; blender_addon.{register}(); import bpy; print(bpy.context.scene.spectral.palette)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, timeout=120, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

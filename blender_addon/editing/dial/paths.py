@@ -17,6 +17,8 @@ from bpy.types import PropertyGroup, Scene
 from spectral_core.errors import FileWriteError, InvalidInputError
 from spectral_core.files.whole import make_folder, whole_file
 
+from ..deferred import RENDER_SECONDS
+
 ENDING = ".transport.exr"
 POLL_S = 0.2
 
@@ -160,6 +162,8 @@ def _report(scene_uid: int, thread: threading.Thread, errors: list[str]) -> floa
     """Tell the error of a copy in the panel. Blender's timer calls it until the copy ends."""
     if thread.is_alive():
         return POLL_S
+    if bpy.app.is_job_running("RENDER"):
+        return RENDER_SECONDS  # nothing is written while a render reads
     for scene in bpy.data.scenes:
         if scene.session_uid == scene_uid and errors:
             scene.spectral.dial.message = errors[0]

@@ -216,7 +216,7 @@ class Worker:
                 raise RenderError(
                     f"the render process did not answer within {START_LIMIT_S:g} s{last_words(self._log)}"
                 )
-        except RenderError:
+        except BaseException:  # also of Ctrl-C
             self.end()
             raise
 
