@@ -26,7 +26,8 @@ def register() -> None:
     if others:
         raise InvalidInputError(
             f"another copy of Spectral Scene Design is enabled, as {', '.join(others)}, so this copy, {__package__}, "
-            "was not enabled; disable the other one in Preferences, Add-ons, and enable this one again"
+            "was not enabled; disable the other one in Preferences, Add-ons, and enable this one again "
+            "(in a script: register_once())"
         )
     done = []
     try:
