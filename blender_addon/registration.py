@@ -7,6 +7,8 @@ from importlib import import_module
 
 import bpy
 
+from spectral_core.errors import InvalidInputError
+
 from . import command_line, engine, interface, jobs, preferences
 from .properties.render import ENGINE
 
@@ -14,7 +16,18 @@ MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
 
 
 def register() -> None:
-    """Register every module; if one fails, those registered before it are removed again."""
+    """Register every module; if one fails, those registered before it are removed again.
+
+    While another copy of the extension is enabled this is refused: Blender would silently replace the classes of that
+    copy, and would then fail to disable it.
+    """
+    others = sorted(_registered_packages() - {__package__})
+    if others:
+        raise InvalidInputError(
+            f"another copy of Spectral Scene Design is enabled, as {', '.join(others)}, so this copy, {__package__}, "
+            "was not enabled; disable the other one in Preferences, Add-ons, and enable this one again "
+            "(in a script: register_once())"
+        )
     done = []
     try:
         for module in MODULES:

@@ -55,7 +55,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
             )
         lost = [fault.text for fault in bindings.faults(palette) if fault.kind in ("deleted", "unused")]
         if lost:
-            self.report({"WARNING"}, f"the table names deleted data: {'; '.join(lost)}")
+            self.report({"WARNING"}, f"the table names deleted or unused data: {'; '.join(lost)}")
         for text in bindings.shared(palette):
             self.report({"WARNING"}, f"{text}; choose another one for each")
         self.report({"INFO"}, "1 spectrum applied" if count == 1 else f"{count} spectra applied")

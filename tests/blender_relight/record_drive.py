@@ -18,7 +18,7 @@ from blender_addon.operators.dial import SPECTRAL_OT_dial_save
 from blender_addon.operators.dial_record import SPECTRAL_OT_dial_record
 from blender_addon.translate import view_transform
 
-blender_addon.register()
+blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False
 told: dict = {"reports": [], "here": []}
 

@@ -43,7 +43,7 @@ def recorded(panel):
 PANELS = (dial_panels.SPECTRAL_PT_dial_view, dial_panels.SPECTRAL_PT_dial_image, board_panels.SPECTRAL_PT_board)
 for each in PANELS:
     recorded(each)
-blender_addon.register()
+blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False
 bpy.ops.wm.open_mainfile(filepath=os.environ["SPECTRAL_STAGE"], load_ui=False)
 

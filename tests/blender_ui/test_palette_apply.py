@@ -220,3 +220,12 @@ def test_the_button_that_a_refusal_names_makes_linked_data_local(blender, linked
     assert blender.ops.spectral.palette_mend() == {"FINISHED"}
     assert blender.ops.spectral.palette_apply() == {"FINISHED"}
     assert blender.context.scene.spectral.palette.materials[0].material.library is None
+
+
+def test_a_light_that_nothing_uses_is_not_called_deleted(blender, scene, capfd):
+    """The warning was "the table names deleted data", of a light that exists."""
+    blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
+    scene.spectral.palette.lights[0].light = blender.data.lights.new("Spare", "POINT")
+    blender.ops.spectral.palette_apply()
+    said = "".join(capfd.readouterr())
+    assert "deleted or unused data: Daylight: nothing in the scene uses light 'Spare'" in said, said

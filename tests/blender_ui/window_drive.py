@@ -50,7 +50,7 @@ PANELS = [
 for panel in PANELS:
     panel.draw = recorded(panel.draw, panel.__name__)
     panel.bl_options = set()  # closed panels are not drawn
-blender_addon.register()
+blender_addon.register_once()
 
 bpy.context.preferences.view.show_splash = False
 

@@ -22,7 +22,7 @@ from benchmarks.viewport.window import inside
 from benchmarks.viewport.window.inside import area, in_view, space
 from benchmarks.viewport.window.view_states import told, told_of
 
-blender_addon.register()
+blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False
 ONLY = os.environ.get("SPECTRAL_ONLY", "").split(",")
 

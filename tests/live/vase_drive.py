@@ -28,7 +28,7 @@ OUT = Path(os.environ.get("SPECTRAL_OUT", "/tmp"))
 SAMPLES = int(os.environ.get("SPECTRAL_SAMPLES", "32"))
 PATIENCE_S = float(os.environ.get("SPECTRAL_PATIENCE", "1500"))
 
-blender_addon.register()
+blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False
 
 

@@ -22,7 +22,7 @@ import numpy as np
 import blender_addon
 from blender_addon import jobs, viewport
 
-blender_addon.register()
+blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False
 OUT = Path(os.environ.get("SPECTRAL_OUT", "/tmp"))
 PATIENCE_S = 60.0

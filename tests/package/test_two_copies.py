@@ -38,20 +38,35 @@ with jobs.request(jobs.RenderRequest(translated=stop)):
         pass
 print("CAUGHT", len(caught), addon_utils.check("installed_copy")[1])
 """
+SECOND = """
+import bpy
+import addon_utils, blender_addon
+
+blender_addon.register()
+print("ENABLED", addon_utils.enable("installed_copy") is not None)
+print("USED", bpy.ops.spectral.palette_preset(preset="HIDDEN_MARK"))
+blender_addon.unregister()
+print("LEFT", hasattr(bpy.types.Scene, "spectral"))
+print("AFTER", addon_utils.enable("installed_copy") is not None)
+"""
 
 
 @pytest.mark.parametrize("enable", ["installed_copy.register()", "addon_utils.enable('installed_copy')"])
 def test_requests_reach_the_engine_of_the_copy_that_is_asked(tmp_path: Path, enable: str) -> None:
     """The engine of the other copy answered: a sweep's points ended with "Blender did not start the render"."""
-    pytest.importorskip("bpy")
-    shutil.copytree(ROOT / "blender_addon", tmp_path / "installed_copy", ignore=shutil.ignore_patterns("__pycache__"))
-    paths = os.pathsep.join([str(ROOT), str(tmp_path)])
-    done = subprocess.run(
-        [sys.executable, "-c", CODE.format(enable=enable)], capture_output=True, text=True, cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": paths}, timeout=120, check=False,
-    )  # fmt: skip
+    done = _with_two_copies(tmp_path, CODE.format(enable=enable))
     assert done.returncode == 0, done.stderr
     assert "CAUGHT 1 False" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_second_copy_is_refused_and_the_first_one_stays_whole(tmp_path: Path) -> None:
+    """It took the classes of the first copy, which could then not be disabled."""
+    done = _with_two_copies(tmp_path, SECOND)
+    said = done.stdout + done.stderr
+    assert done.returncode == 0, said
+    for line in ("ENABLED False", "USED {'FINISHED'}", "LEFT False", "AFTER True"):
+        assert line in done.stdout, said
+    assert "another copy of Spectral Scene Design is enabled, as blender_addon" in said
 
 
 @pytest.mark.parametrize("register", ["register", "register_once"])
@@ -64,3 +79,14 @@ def test_a_script_may_import_the_extension_before_bpy(tmp_path: Path, register: 
         env={**os.environ, "PYTHONPATH": str(ROOT)}, timeout=120, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+def _with_two_copies(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
+    """Run ``code`` where the sources are "blender_addon" and a copy of them is "installed_copy"."""
+    pytest.importorskip("bpy")
+    shutil.copytree(ROOT / "blender_addon", folder / "installed_copy", ignore=shutil.ignore_patterns("__pycache__"))
+    paths = os.pathsep.join([str(ROOT), str(folder)])
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=folder,
+        env={**os.environ, "PYTHONPATH": paths}, timeout=120, check=False,
+    )  # fmt: skip

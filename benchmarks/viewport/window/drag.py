@@ -15,7 +15,7 @@ import blender_addon
 from benchmarks.palette import palette_live
 from benchmarks.viewport.window import inside
 
-blender_addon.register()  # first, as in Blender: it prepares what the imports below load
+blender_addon.register_once()  # first, as in Blender: it prepares what the imports below load
 
 from blender_addon.editing.dial import kept_mix
 from blender_addon.editing.dial.picture import PICTURE

@@ -20,7 +20,7 @@ from blender_addon import jobs, viewport
 from blender_addon.editing.palette import live
 from spectral_core.render.live.link import LiveLink
 
-blender_addon.register()
+blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False
 SETTINGS = inside.settings()
 PATIENCE_S = 120.0

@@ -18,7 +18,7 @@ from benchmarks.render.cases.cycles_scenes import SCENES
 from benchmarks.render.render_against_cycles import BOUNCES, figures_of
 from blender_addon import jobs
 
-blender_addon.register()
+blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False
 SETTINGS = json.loads(os.environ["SPECTRAL_SETTINGS"])
 SAMPLES, F12_SIZE, MANY = SETTINGS["samples"], (96, 54), SETTINGS["many"]

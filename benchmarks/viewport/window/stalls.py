@@ -269,7 +269,7 @@ def drive():
 
 trace = Trace()
 opened_panels()
-blender_addon.register()
+blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False
 ticks = Ticks(trace)
 inside.drive(drive(), told)
