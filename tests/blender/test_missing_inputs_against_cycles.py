@@ -84,9 +84,40 @@ def test_incoming_does_not_depend_on_interpolated_normals(build, tmp_path):
     cube = bpy.context.object
     cube.data.shade_smooth()
     cube.data.materials.append(shown(build, "ShaderNodeNewGeometry", "Incoming", {})[0])
-    camera = build.camera()
-    camera.location, camera.rotation_euler = (0, 0, 4), (0, 0, 0)
-    camera.data.type, camera.data.ortho_scale = "ORTHO", 2.6
     cube.rotation_euler = (0.0, 0.2, 0.0)
-    _, mine, _ = both(tmp_path)
-    np.testing.assert_allclose(mine[6:10, 2:14], np.broadcast_to((0.0, 0.0, 1.0), (4, 12, 3)), atol=0.02)
+    camera = build.camera()  # above the lower part of the side that is seen
+    camera.location, camera.rotation_euler = (-1.08, 0, 4), (0, 0, 0)
+    camera.data.type, camera.data.ortho_scale = "ORTHO", 0.1
+    theirs, mine, _ = both(tmp_path)
+    for found in (theirs, mine):
+        np.testing.assert_allclose(found, np.broadcast_to((0.0, 0.0, 1.0), found.shape), atol=0.02)
+
+
+@pytest.mark.skipif(not hasattr(bpy.types.Material, "inline_shader_nodes"), reason="this Blender converts nothing")
+@pytest.mark.parametrize("through", ["group", "output of a group", "muted"])
+def test_blender_converts_constants_at_sockets_of_groups_and_muted_nodes(build, tmp_path, through):
+    """(0.1, 0.5, 0.9) through a number is its mean 0.5."""
+    material, node, tree = shown(build, "ShaderNodeCombineXYZ", "Vector", {})
+    end = node.outputs[0].links[0].to_socket
+    for socket, value in zip(node.inputs, (0.1, 0.5, 0.9), strict=True):
+        socket.default_value = value
+    if through == "muted":
+        between = tree.nodes.new("ShaderNodeMath")
+        between.mute = True
+    else:
+        group = bpy.data.node_groups.new("Pass", "ShaderNodeTree")
+        kinds = ["NodeSocketFloat", "NodeSocketVector"]
+        first, last = kinds if through == "group" else kinds[::-1]
+        group.interface.new_socket("In", in_out="INPUT", socket_type=first)
+        group.interface.new_socket("Out", in_out="OUTPUT", socket_type=last)
+        start, stop = group.nodes.new("NodeGroupInput"), group.nodes.new("NodeGroupOutput")
+        group.links.new(start.outputs[0], stop.inputs[0])
+        between = tree.nodes.new("ShaderNodeGroup")
+        between.node_tree = group
+    tree.links.new(node.outputs[0], between.inputs[0])
+    tree.links.new(between.outputs[0], end)
+    build.plane(size=2.0, material=material)
+    seen_from_above(build)
+    theirs, mine, _ = both(tmp_path)
+    np.testing.assert_allclose(theirs, 0.5, atol=0.01)
+    np.testing.assert_allclose(mine, 0.5, atol=0.01)
