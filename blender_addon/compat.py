@@ -98,7 +98,7 @@ PASSING = ("GROUP", "GROUP_OUTPUT")
 
 
 def _converts(node: Any) -> bool:
-    """True if a node that passes values on may change their type: Blender 5 converts constants there, Cycles nothing."""
+    """True if a node that passes values on may change their type: from 5.0 on Blender converts constants there."""
     came = {(link.from_socket.type, link.to_socket.type) for socket in node.inputs for link in socket.links}
     kinds = {kind for pair in came for kind in pair}
     if node.mute:
