@@ -74,8 +74,9 @@ INLINED = (
 
 
 def inlined(owner: Any) -> Any:
-    """Blender's copy of the nodes of a material, light or world without repeat zones, closures, bundles and menus;
-    None if there are none of these. Its ``node_tree`` exists as long as the copy.
+    """Blender's copy of the nodes of a material, light or world without repeat zones, closures, bundles and menus, and
+    with constants converted at sockets of groups and at muted nodes; None if there are none of these. Its ``node_tree``
+    exists as long as the copy.
     """
     make = getattr(owner, "inline_shader_nodes", None)
     return make() if make is not None and _is_inlined(node_tree(owner), set()) else None
@@ -86,9 +87,24 @@ def _is_inlined(tree: Any, seen: set[int]) -> bool:
         return False
     seen.add(tree.as_pointer())
     return any(
-        node.bl_idname.startswith(INLINED) or (node.type == "GROUP" and _is_inlined(node.node_tree, seen))
+        node.bl_idname.startswith(INLINED)
+        or (node.type == "GROUP" and _is_inlined(node.node_tree, seen))
+        or ((node.mute or node.type in PASSING) and _converts(node))
         for node in tree.nodes
     )
+
+
+PASSING = ("GROUP", "GROUP_OUTPUT")
+
+
+def _converts(node: Any) -> bool:
+    """True if a node that passes values on may change their type: from 5.0 on Blender converts constants there."""
+    came = {(link.from_socket.type, link.to_socket.type) for socket in node.inputs for link in socket.links}
+    kinds = {kind for pair in came for kind in pair}
+    if node.mute:
+        kinds |= {link.to_socket.type for socket in node.outputs for link in socket.links}
+        return len(kinds - {"SHADER"}) > 1
+    return any(one != other for one, other in came)
 
 
 def use_nodes(owner: Any) -> Any:

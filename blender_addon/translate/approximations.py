@@ -144,7 +144,10 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
         kind, _, attribute = name.partition(":")
         missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
         if kind in OUTPUTS and attribute and missing:
-            translation.note(obj.name, f"it has no UV map or attribute {attribute!r}; its materials read 0")
+            value = 1 if kind == "attribute_alpha" else 0
+            translation.note(obj.name, f"it has no UV map or attribute {attribute!r}; its materials read {value}")
+        elif kind in OUTPUTS and not attribute and not len(obj.data.color_attributes):
+            translation.note(obj.name, "it has no color attribute; its materials read 0")
         stored = obj.data.attributes.get(attribute) if kind in OUTPUTS and attribute else None
         if stored is not None and stored.domain == "EDGE" and obj.data.normals_domain == "CORNER":
             words = (

@@ -164,13 +164,15 @@ def _attribute(source: Any, name: str, corners: Array, positions: Array, undefor
     return None if groups is None or attribute not in groups else _weights(source, groups[attribute].index, corners)
 
 
-OUTPUTS = ("attribute", "attribute_alpha", "attribute_factor")
-"""Prefixes of the names by which a program reads an attribute: its color or vector, its alpha, its one number."""
+OUTPUTS = ("attribute", "attribute_alpha", "attribute_alpha_color", "attribute_factor")
+"""Prefixes of the names by which a program reads an attribute: its color or vector, its alpha, that of the node Color
+Attribute, its one number. On a mesh without the attribute they are 0, but ``attribute_alpha`` is 1, as in Cycles.
+"""
 
 
 def output_of(values: Array, width: int, kind: str) -> Array:
     """Values (n, 3) of an output for an attribute (n, 4 or less) of ``width`` numbers, as Cycles gives them."""
-    if kind == "attribute_alpha":
+    if kind.startswith("attribute_alpha"):
         column = values[:, 3] if width == 4 else np.ones(len(values), np.float32)
     elif kind == "attribute_factor":
         column = values[:, 0] if width < 3 else values[:, :3].mean(axis=1)

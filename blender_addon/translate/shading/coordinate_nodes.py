@@ -129,7 +129,8 @@ def _attribute(reader: Reader, output: Output) -> Any:
     if not name and node.type == "ATTRIBUTE":  # the active color is what Color Attribute alone reads without a name
         return _component(output, NOTHING)
     if output.socket.name == "Alpha":
-        return reader.point(f"attribute_alpha:{name}", 1)
+        kind = "attribute_alpha_color" if node.type == "VERTEX_COLOR" else "attribute_alpha"
+        return reader.point(f"{kind}:{name}", 1)
     if output.socket.type == "VALUE":
         return reader.point(f"attribute_factor:{name}", 1)
     return reader.point(f"attribute:{name}")

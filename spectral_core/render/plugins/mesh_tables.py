@@ -178,11 +178,11 @@ class MeshTables:
         return si
 
     def attribute(self, name: str, si: Any, place: Any, active: Any) -> Any:
-        """An attribute (vector) at a point of the plane of a triangle, in the space of its mesh; without it 0, its
-        alpha 1.
+        """An attribute (vector) at a point of the plane of a triangle, in the space of its mesh; without it 0, but the
+        alpha of the node Attribute is 1.
         """
         mi, dr = self.mi, self.dr
-        missing = mi.Vector3f(1.0 if name.startswith("attribute_alpha") else 0.0)
+        missing = mi.Vector3f(1.0 if name.startswith("attribute_alpha:") else 0.0)
         if name not in self.attributes:
             return missing
         starts, values = self.attributes[name]

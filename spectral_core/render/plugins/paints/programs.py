@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.render.plugins.closures.facets.upright import toward_viewer
 from spectral_core.render.plugins.mesh_tables import barycentric
 from spectral_core.render.plugins.paints.pixels import pixel_width, step_along
 from spectral_core.render.plugins.paints.probes import Probes
@@ -214,7 +215,7 @@ class DrJit:
         return self._sided(self.si.n)
 
     def _incoming(self) -> Any:
-        return self._tuple(self.si.to_world(self.si.wi))
+        return self._tuple(toward_viewer(self.mi, self.dr, self.si))
 
     def _backfacing(self) -> Any:
         return self.dr.select(self.dr.dot(self.si.n, self.si.to_world(self.si.wi)) < 0.0, self.mi.Float(1.0), 0.0)
@@ -225,7 +226,8 @@ class DrJit:
         if not self.tables.is_live:
             return si.uv.x, si.uv.y, mi.Float(0.0)
         corners, is_triangle = self.tables.meshes.corners(si, self.active)
-        first, second, _ = barycentric(dr, corners, mi.Point3f(self._position(shift)))
+        first, second, third = barycentric(dr, corners, mi.Point3f(self._position(shift)))
+        first = dr.select(self.tables.is_reversed(si, self.active), third, first)
         return dr.select(is_triangle, first, 0.0), dr.select(is_triangle, second, 0.0), mi.Float(0.0)
 
     def _edge_u(self) -> Any:

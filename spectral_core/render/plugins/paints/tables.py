@@ -107,6 +107,15 @@ class SceneTables:
         at = number * self.row_size
         return [self.dr.gather(self.mi.Float, self.buffer(), at + k, active) for k in range(24)]
 
+    def is_reversed(self, si: Any, active: Any) -> Any:
+        """True where the corners of a triangle have the opposite order: a mesh without instance is stored in the world,
+        and that of a mirrored object is reversed (``mitsuba_scene.geometry.transformed``).
+        """
+        mi, dr = self.mi, self.dr
+        at = self.row_of(dr.reinterpret_array(mi.UInt32, si.shape)) + 12
+        numbers = [dr.gather(mi.Float, self.buffer(), at + 4 * i + j, active) for i in range(3) for j in range(3)]
+        return (dr.reinterpret_array(mi.UInt32, si.instance) == 0) & (dr.det(mi.Matrix3f(*numbers)) < 0.0)
+
     def owner(self, number: Any, active: Any) -> Any:
         """Number of the object to which a shape or instance belongs, whatever its material."""
         return self.dr.gather(self.mi.Float, self.buffer(), self.row_of(number) + 30, active)
