@@ -93,7 +93,7 @@ def test_incoming_does_not_depend_on_interpolated_normals(build, tmp_path):
         np.testing.assert_allclose(found, np.broadcast_to((0.0, 0.0, 1.0), found.shape), atol=0.02)
 
 
-@pytest.mark.skipif(not hasattr(bpy.types.Material, "inline_shader_nodes"), reason="this Blender converts nothing")
+@pytest.mark.skipif(not hasattr(bpy.types.Material, "inline_shader_nodes"), reason="this Blender cannot inline trees")
 @pytest.mark.parametrize("through", ["group", "output of a group", "muted"])
 def test_blender_converts_constants_at_sockets_of_groups_and_muted_nodes(build, tmp_path, through):
     """(0.1, 0.5, 0.9) through a number is its mean 0.5."""
