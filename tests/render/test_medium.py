@@ -54,6 +54,15 @@ def _in_white_world(medium, camera_height=4.0, transport="rgb", surface=None):
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_scattered_light_of_the_world_is_not_behind_glass(transport):
+    """On a transparent film with transparent glass it was subtracted, and the coverage was too small."""
+    scene = _in_white_world(ScatteringMedium(density=0.7, color=gray(1.0)), transport=transport)
+    scene = replace(scene, film=replace(scene.film, transparent=True, transparent_glass=True))
+    pixel = render_scene(scene).pixels.mean(axis=(0, 1))
+    assert pixel == pytest.approx([1.0 - np.exp(-0.7 * 2)] * 4, rel=0.01)
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
 def test_an_absorbing_slab_follows_beer_and_lambert(transport):
     scene = _in_white_world(ScatteringMedium(density=0.7, color=gray(0.0)), transport=transport)
     color = render_scene(scene).pixels[..., :3].mean(axis=(0, 1))

@@ -110,6 +110,7 @@ def scatter(
     path.volume = dr.select(turns, path.volume + 1, path.volume)
     path.last |= turns & ((path.volume > limits[0]) | (path.depth > limits[1]))
     path.kind = dr.select(turns, int(Rays.VOLUME), path.kind)
+    path.clear &= ~turns
     # A light that the ray hits next could have been sampled here; its weight needs the point and the density.
     path.before = dr.select(turns, mi.Interaction3f(place), path.before)
     path.before_pdf = dr.select(turns, density, path.before_pdf)
