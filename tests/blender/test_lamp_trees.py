@@ -204,3 +204,20 @@ def test_a_spectrum_beside_a_color_is_named(build, translate):
     scene = translate()
     assert any("a spectrum with other light" in note.message for note in scene.notes)
     assert np.ptp(scene.lights[0].color.linear_rgb) > 0.5  # the color of sodium beside white
+
+
+@pytest.mark.parametrize("kelvin", [2400.0, 6500.0, 11000.0])
+def test_a_lamp_color_tints_a_temperature_of_its_nodes(build, translate, kelvin):
+    """The color was left out, with a note. Expected: Planck's law with color matching functions of colour-science."""
+    import colour
+
+    lamp = build.light("POINT", color=(0.9, 0.3, 0.6))
+    tree, emission = tree_of(lamp)
+    node = tree.nodes.new("ShaderNodeBlackbody")
+    node.inputs[0].default_value = kelvin
+    tree.links.new(node.outputs[0], emission.inputs["Color"])
+    (light,) = translate().lights
+    cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    xyz = colour.sd_blackbody(kelvin, cmfs.shape).values @ cmfs.values
+    rgb = colour.RGB_COLOURSPACES["sRGB"].matrix_XYZ_to_RGB @ (xyz / xyz[1])
+    np.testing.assert_allclose(light.color.linear_rgb, np.maximum(rgb, 0.0) * (0.9, 0.3, 0.6), rtol=4e-3, atol=2e-3)

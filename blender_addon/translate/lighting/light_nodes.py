@@ -15,7 +15,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
 from .. import spectra
-from ..shading.fields import Value, value_of
+from ..shading.fields import Value, color_of_spectrum, value_of
 from ..shading.reader import Reader
 from ..shading.tree import Input, Output, linked, surface_output
 from .lamp_reader import LampReader
@@ -62,6 +62,9 @@ def shine_of(reader: LampReader) -> Shine:
     if isinstance(nodes.color, Color):
         return replace(nodes, color=Color(tint * nodes.color.linear_rgb))
     if not np.allclose(tint, tint[0]):
+        if nodes.is_planckian and isinstance(nodes.color, Spectrum):  # times a temperature: a color, as in Cycles
+            shown = np.maximum(color_of_spectrum(nodes.color), 0.0)
+            return replace(nodes, color=Color(tint * shown), is_planckian=False)
         translation.note(lamp.name, "a lamp color times a spectrum in its nodes: the spectrum alone was used")
     return replace(nodes, factor=nodes.factor * float(tint.mean()))
 
