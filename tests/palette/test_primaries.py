@@ -71,3 +71,23 @@ def test_a_mixture_beside_an_exact_cell_is_as_good_as_the_best_of_a_grid_of_meas
     solution = solve_palette(under(light), explain=False)
     assert solution.delta_e_2000.max() <= max(least, 0.5)
     assert solution.status in ("solved", "still_improving")
+
+
+def test_many_free_lights_of_a_required_white_are_the_inner_side() -> None:
+    """SLSQP needs seconds for one step of twelve free spectra: colors that were met were missed by ΔE 11."""
+    from dataclasses import replace
+
+    from spectral_core.palette.assemble.requests import compiled_requests
+    from spectral_core.palette.design.lights import outer_side
+    from spectral_core.palette.presets import design_grid
+
+    grid = design_grid(5.0)
+    white = normalized(illuminant("D65")).resampled(grid)
+    for count, side in ((3, "lights"), (12, "reflectances")):
+        lights = tuple(
+            PaletteLight(replace(white, name=f"L{j}"), free=True, white_xyz=np.array([0.95, 1.0, 1.09]))
+            for j in range(count)
+        )
+        row = tuple(Cell.fixed((0.2, 0.3, 0.4), exact=j % 2 == 0) for j in range(count))
+        problem = PaletteProblem(grid, lights, (PaletteReflectance("paint"),), (row,))
+        assert outer_side(problem, compiled_requests(problem)) == side

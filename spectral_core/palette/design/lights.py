@@ -39,6 +39,8 @@ MEMORY = 20
 STALLED = 1e-10
 """Relative fall of φ in one iteration below which L-BFGS-B stops."""
 MOST_ITERATIONS = 10_000
+MOST_HELD = 250
+"""Unknowns of designed lights up to which SLSQP keeps their whites; its time grows with the cube of their number."""
 HELD_LIMIT = 1e-9
 """Error of the white of a light, relative to its largest value, up to which a descent takes it."""
 
@@ -66,7 +68,8 @@ def outer_side(problem: PaletteProblem, requests: Requests) -> Side | None:
 
     Only bounds, and the white and luminance of lights, may restrict the outer side. Exact cells of measured
     reflectances under designed lights therefore make the lights the inner side, and reflectances the outer one. So do
-    lights that must look white, unless exact cells of the reflectances would leave them no choice.
+    lights that must look white, unless exact cells of the reflectances would leave them no choice and the lights have
+    few unknowns.
     """
     several = len(problem.observers) > 1 or any(light.variants for light in problem.lights)
     if problem.subspace is not None or (problem.robustness == "worst_case" and several):
@@ -77,7 +80,9 @@ def outer_side(problem: PaletteProblem, requests: Requests) -> Side | None:
     exact = [target.cell for target in requests.targets if target.exact]
     exact += [cell for group in requests.groups for cell, held in zip(group.members, group.exact, strict=True) if held]
     held = any(light.white_xyz is not None or light.luminance is not None for light in problem.lights if light.free)
-    if (exact or not held) and all(problem.reflectances[i].free for i, _ in exact):
+    unknowns = sum(len(light.primaries) or problem.grid.size for light in problem.lights if light.free)
+    moves = not held or (bool(exact) and unknowns <= MOST_HELD)
+    if moves and all(problem.reflectances[i].free for i, _ in exact):
         return "lights"
     return "reflectances" if all(problem.lights[j].free for _, j in exact) else None
 
