@@ -95,5 +95,9 @@ def test_a_wrong_type_is_named(call: Callable[[], object], said: str) -> None:
 
 
 def test_values_that_can_be_read_once_count() -> None:
-    """The check of a generator's pairs used them up, and the result had none."""
-    np.testing.assert_array_equal(tint_differences(SOLUTION, iter([(0, 1)])), tint_differences(SOLUTION, [(0, 1)]))
+    """The check of a generator's pairs used them up, and the result had none.
+
+    The last digits of a product of matrices depend on where the arrays lie in memory.
+    """
+    once = tint_differences(SOLUTION, iter([(0, 1)]))
+    np.testing.assert_allclose(once, tint_differences(SOLUTION, [(0, 1)]), rtol=1e-9)
