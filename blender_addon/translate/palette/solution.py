@@ -75,4 +75,4 @@ def _store_conflicts(palette: PropertyGroup, solution: PaletteSolution) -> None:
 
 def store_designed(result: PropertyGroup, spectrum: Spectrum, kind: type) -> None:
     """Spectra beyond physical limits ("Unphysical Spectra") are stored for the curves, and not as a spectrum."""
-    store_spectrum(result, spectrum, physical=isinstance(spectrum, kind))
+    store_spectrum(result, spectrum, physical=isinstance(spectrum, kind), is_absolute=True)

@@ -6,7 +6,7 @@ import numpy as np
 from bpy.types import ID, Node, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 from ... import compat
 from ...properties import hooks
@@ -15,7 +15,7 @@ from . import catalogue
 
 OWNERS = (bpy.types.Material, bpy.types.Light, bpy.types.World)
 SMALLEST_VALUE, LARGEST_VALUE = 1e-25, 1e30
-"""Range of the largest value of a stored spectrum; beyond, single precision loses its digits."""
+"""Range of the largest value of a stored light; beyond, single precision loses its digits."""
 EMITTING_NODES = ("ShaderNodeEmission", "ShaderNodeBackground", "ShaderNodeBlackbody")
 
 
@@ -101,8 +101,9 @@ def store_spectrum(
     *,
     strength: float = 1.0,
     physical: bool = True,
+    is_absolute: bool = False,
 ) -> None:
-    """Store ``spectrum`` in the .blend. ``source``: one of SOURCES.
+    """Store ``spectrum`` in the .blend. ``source``: one of SOURCES. ``is_absolute``: see ``write_samples``.
 
     Raises InvalidInputError if its owner is linked, or if the owner cannot have the spectrum: only a reflectance in [0,
     1] or a light without negative power. With ``physical`` False it is stored for drawing only, and reading it with
@@ -112,7 +113,7 @@ def store_spectrum(
     expected = catalogue.KINDS[kind_in(spectral)]
     if physical and type(spectrum) is not expected:
         spectrum = expected(spectrum.name, spectrum.grid, spectrum.values, source=spectrum.source)
-    write_samples(spectral, spectrum)
+    write_samples(spectral, spectrum, is_absolute=is_absolute)
     with hooks.silenced(hooks.Topic.SPECTRUM_SOURCE):
         spectral.source = source
     spectral.strength = strength
@@ -131,21 +132,27 @@ def require_editable(block: ID) -> None:
         )
 
 
-def write_samples(spectral: PropertyGroup, spectrum: Spectrum) -> None:
-    """Store the values of a spectrum, its name and its source."""
+def write_samples(spectral: PropertyGroup, spectrum: Spectrum, *, is_absolute: bool = False) -> None:
+    """Store the values of a spectrum, its name and its source.
+
+    ``is_absolute``: True for a light whose luminance counts, as in a palette's solution. Any other light is relative,
+    and one of extreme values is stored in another unit. A reflectance never is: 1 is all light.
+    """
     if len(spectral.samples) != spectrum.grid.size:
         spectral.samples.clear()
         for _ in range(spectrum.grid.size):
             spectral.samples.add()
     spectral.samples.foreach_set("wavelength_nm", spectrum.grid.wavelengths_nm.astype(np.float32))
-    spectral.samples.foreach_set("value", _in_single_precision(spectrum).astype(np.float32))
+    is_relative = isinstance(spectrum, Illuminant) and not is_absolute
+    values = _in_single_precision(spectrum) if is_relative else spectrum.values
+    spectral.samples.foreach_set("value", values.astype(np.float32))
     spectral.interpolation = spectrum.grid.interpolation.upper()
     spectral.spectrum_name = spectrum.name
     spectral.origin = spectrum.source
     tag(spectral)
 
 
-def _in_single_precision(spectrum: Spectrum) -> np.ndarray:
+def _in_single_precision(spectrum: Illuminant) -> np.ndarray:
     """Values (n,) that single precision stores with all their digits: a light is relative, and may have any unit."""
     largest = float(np.abs(spectrum.values).max())
     is_out = largest > 0 and not SMALLEST_VALUE <= largest <= LARGEST_VALUE
