@@ -5,6 +5,8 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+from bpy.props import CollectionProperty, PointerProperty
+
 
 class Field:
     """One setting: its property in Blender, and its attribute of the core's dataclass.
@@ -40,3 +42,14 @@ class Field:
 def by_name(*fields: Field) -> Mapping[str, Field]:
     """The fields of a group, by the identifiers of their properties."""
     return MappingProxyType({field.name: field for field in fields})
+
+
+def without_keyframes(*groups: type) -> None:
+    """Let no property of these groups be keyframed or driven; called before they are registered.
+
+    Blender calls no ``update`` for a value that an animation changes, so whatever follows from it would be outdated.
+    """
+    for group in groups:
+        for declared in group.__annotations__.values():
+            if declared.function not in (CollectionProperty, PointerProperty):
+                declared.keywords.setdefault("options", set())

@@ -15,7 +15,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from .fields import Field, by_name
+from .fields import Field, by_name, without_keyframes
 from .hooks import Topic, announce, announces
 from .palette_answers import SpectralAlternative, SpectralDye, SpectralPossible
 from .palette_cell import SpectralPaletteCell, edited
@@ -295,4 +295,5 @@ CLASSES = (
     SpectralPalette,
 )
 
+without_keyframes(*CLASSES)
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

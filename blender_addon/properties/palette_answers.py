@@ -4,6 +4,7 @@
 import bpy
 from bpy.props import BoolProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
+from .fields import without_keyframes
 from .hooks import Topic, announces
 from .spectrum import DYE_FIELDS
 
@@ -50,4 +51,5 @@ class SpectralDye(bpy.types.PropertyGroup):
 
 CLASSES = (SpectralPossible, SpectralAlternative, SpectralDye)
 
+without_keyframes(*CLASSES)
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty
 
+from .fields import without_keyframes
 from .hooks import Topic, announces
 
 MODES = [
@@ -119,4 +120,5 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
 
 CLASSES = (SpectralPaletteReference, SpectralPaletteCell)
 
+without_keyframes(*CLASSES)
 register, unregister = bpy.utils.register_classes_factory(CLASSES)
