@@ -12,9 +12,11 @@ from bpy.types import Context, Event, Operator, PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError, SpectralError
 
+from .. import compat
 from ..editing.board.paths import full_path
 from ..editing.deferred import open_scene
 from ..editing.pauses import pause, paused_seconds
+from ..translate.spectra.stored import library_of
 
 Execute = Callable[[Any, Context], set[str] | None]
 """``execute`` of an operator; returns None if it finished."""
@@ -77,9 +79,21 @@ def with_menu_entry(
     return register, unregister
 
 
-def palette_in(context: Context) -> PropertyGroup:
-    """The palette of the scene in the window."""
+def palette_shown(context: Context) -> PropertyGroup:
+    """The palette of the scene in the window, to read it."""
     return context.scene.spectral.palette
+
+
+def palette_in(context: Context) -> PropertyGroup:
+    """The palette of the scene in the window, to change it. Raises InvalidInputError if the scene is linked."""
+    scene = context.scene
+    if not compat.is_editable(scene):
+        source = bpy.path.basename(library_of(scene).filepath)
+        raise InvalidInputError(
+            f"scene {scene.name!r} is linked from {source}, and Blender does not keep changes of its palette; open "
+            f"{source}, or press New Scene ▸ Full Copy and work in the copy"
+        )
+    return palette_shown(context)
 
 
 def require_index(what: str, index: int, count: int) -> int:

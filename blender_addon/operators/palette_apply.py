@@ -7,6 +7,7 @@ from bpy.types import Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError, SolveError
 
+from .. import compat
 from ..editing.palette import bindings, picture
 from ..editing.palette import solve as palette_solve
 from ..translate.palette.apply import expose, level_of, store_colors, store_result
@@ -90,9 +91,12 @@ def _require_appliable(palette: PropertyGroup) -> None:
 
 
 def _make_local(palette: PropertyGroup) -> None:
-    for fault in bindings.faults(palette):
-        if fault.kind == "linked":
-            setattr(fault.entry, fault.pointer, bindings.local_copy(getattr(fault.entry, fault.pointer)))
+    linked = [fault for fault in bindings.faults(palette) if fault.kind == "linked"]
+    for fault in linked:
+        bindings.require_reached(getattr(fault.entry, fault.pointer))  # before anything is changed
+    for fault in linked:
+        if not compat.is_editable(getattr(fault.entry, fault.pointer)):  # two entries may name one data-block
+            bindings.make_local(fault.entry, fault.pointer)
 
 
 def _create_materials(palette: PropertyGroup) -> None:
@@ -110,8 +114,11 @@ class SPECTRAL_OT_palette_mend(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
-        done = bindings.mend(palette_in(context))
-        self.report({"INFO"}, "; ".join(done) or "nothing to mend: every name in the table is current")
+        done, left = bindings.mend(palette_in(context))
+        if done or not left:
+            self.report({"INFO"}, "; ".join(done) or "nothing to mend: every name in the table is current")
+        for text in left:
+            self.report({"WARNING"}, text)
 
 
 register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_palette_apply, SPECTRAL_OT_palette_mend))

@@ -9,11 +9,12 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
+from .. import compat
 from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette.problem import palette_problem
 from ..translate.spectra.stored import carried_spectrum
-from .common import UNDOABLE, WaitingForFile, chosen_path, palette_in, reporting
+from .common import UNDOABLE, WaitingForFile, chosen_path, palette_in, palette_shown, reporting
 from .palette_solve import Solving
 
 
@@ -50,7 +51,7 @@ class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):
         from spectral_core.palette.files import write_palette
 
         write_palette(
-            chosen_path(self.filepath), palette_problem(palette_in(context)), comment=f"Scene {context.scene.name}"
+            chosen_path(self.filepath), palette_problem(palette_shown(context)), comment=f"Scene {context.scene.name}"
         )
 
 
@@ -66,8 +67,8 @@ ENDINGS = tuple(f".{name}" for name, *_ in FORMATS)
 
 def _solved(operator: Operator, context: Context) -> PropertyGroup:
     """The palette with its last solution, with a warning if it has changed since then."""
-    palette = palette_in(context)
-    if palette.is_stale and palette.live:
+    palette = palette_shown(context)
+    if palette.is_stale and palette.live and compat.is_editable(context.scene):
         palette_solve.solve_scene(context.scene)  # an edit whose timer has not yet run
     if not palette.status:
         raise InvalidInputError("the palette is not solved yet; press Solve first")

@@ -37,6 +37,7 @@ class Solving(Waiting):
         """Change the table. May raise SpectralError."""
 
     def begin(self, context: Context) -> Callable[[], PaletteSolution | str]:
+        palette_in(context)  # refuses a linked scene
         self.change(context)
         if not palette_in(context).status:  # another table: the picture shows nothing of the one before
             picture.follow(context.scene)

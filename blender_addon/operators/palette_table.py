@@ -12,7 +12,7 @@ from spectral_core.errors import InvalidInputError
 from ..editing.palette import live, picture, possible
 from ..properties.palette_cell import ASKED
 from ..translate.palette import from_scene, table
-from .common import UNDOABLE, palette_in, reporting, require_index
+from .common import UNDOABLE, palette_in, palette_shown, reporting, require_index
 
 SIDES = [("LIGHT", "Light", "A column", 0), ("MATERIAL", "Material", "A row", 1)]
 DIRECTIONS = [("BACK", "Back", "Left or up", 0), ("FORTH", "Forward", "Right or down", 1)]
@@ -141,11 +141,11 @@ class SPECTRAL_OT_palette_select(bpy.types.Operator):
     @classmethod
     def description(cls, context: Context, properties: PropertyGroup) -> str:
         """Describe the colors of the cell in the tooltip."""
-        return _cell_named(palette_in(context), properties, "Click to edit it below the table")
+        return _cell_named(palette_shown(context), properties, "Click to edit it below the table")
 
     @reporting
     def execute(self, context: Context) -> None:
-        palette = palette_in(context)
+        palette = palette_shown(context)
         if self.row >= 0:
             palette.active_row = require_index("material", self.row, len(palette.materials))
         if self.column >= 0:
@@ -165,7 +165,7 @@ class SPECTRAL_OT_palette_refer(bpy.types.Operator):
     @classmethod
     def description(cls, context: Context, properties: PropertyGroup) -> str:
         """Name the cell in the tooltip: in a large table its row and column have no room for their names."""
-        return _cell_named(palette_in(context), properties, "Refer to this cell, or no longer")
+        return _cell_named(palette_shown(context), properties, "Refer to this cell, or no longer")
 
     @reporting
     def execute(self, context: Context) -> None:

@@ -10,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 from ..editing.spectrum import reload
 from ..translate.palette.apply import store_result
 from ..translate.spectra.stored import kind_of, require_editable
-from .common import UNDOABLE, palette_in, reporting
+from .common import UNDOABLE, palette_shown, reporting
 
 CARRIERS = [
     ("MATERIAL", "Material", "The active material", 0),
@@ -65,7 +65,7 @@ def _designed_names(self: bpy.types.Operator, context: Context, typed: str) -> l
     owner = carrier(context, self.carrier)
     if owner is None:
         return []
-    return [entry.name for entry in _entries(palette_in(context), owner) if typed.lower() in entry.name.lower()]
+    return [entry.name for entry in _entries(palette_shown(context), owner) if typed.lower() in entry.name.lower()]
 
 
 def _entries(palette: PropertyGroup, owner: ID) -> bpy_prop_collection:
@@ -87,7 +87,7 @@ class SPECTRAL_OT_spectrum_from_palette(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         owner = _required(context, self.carrier)
-        entries = {entry.name: entry for entry in _entries(palette_in(context), owner)}
+        entries = {entry.name: entry for entry in _entries(palette_shown(context), owner)}
         if self.entry not in entries:
             raise InvalidInputError(
                 f"the palette has no {kind_of(owner)} named {self.entry!r}; it has: {', '.join(entries) or 'none'}"

@@ -14,7 +14,7 @@ from ..translate.palette.apply import store_result
 from ..translate.spectra.stored import require_editable
 from ..translate.volume_looks import curves as stored
 from ..translate.volume_looks import transfer as volume_transfer
-from .common import UNDOABLE, chosen_path, palette_in, reporting
+from .common import UNDOABLE, chosen_path, palette_shown, reporting
 
 if TYPE_CHECKING:
     from spectral_core.volume.field import ScalarVolume
@@ -183,7 +183,7 @@ class SPECTRAL_OT_volume_curve_add(_OnVolume, bpy.types.Operator):
 
 
 def _palette_names(self: bpy.types.Operator, context: Context, typed: str) -> list[str]:
-    return [entry.name for entry in palette_in(context).materials if typed.lower() in entry.name.lower()]
+    return [entry.name for entry in palette_shown(context).materials if typed.lower() in entry.name.lower()]
 
 
 class SPECTRAL_OT_volume_color_from_palette(_OnVolume, bpy.types.Operator):
@@ -198,7 +198,7 @@ class SPECTRAL_OT_volume_color_from_palette(_OnVolume, bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
-        entries = {entry.name: entry for entry in palette_in(context).materials}
+        entries = {entry.name: entry for entry in palette_shown(context).materials}
         if self.entry not in entries:
             known = ", ".join(entries) or "none"
             raise InvalidInputError(f"the palette has no material named {self.entry!r}; it has: {known}")

@@ -10,7 +10,10 @@ from typing import Literal
 import bpy
 from bpy.types import ID, PropertyGroup
 
+from spectral_core.errors import InvalidInputError
+
 from ... import compat
+from ...translate.spectra.stored import library_of
 
 POINTERS = {"material": "materials", "light": "lights", "world": "worlds"}
 """Property of a row or column, and the collection of ``bpy.data`` with such data-blocks."""
@@ -67,14 +70,18 @@ def faults(palette: PropertyGroup) -> list[Fault]:
 
 
 def _is_unused(palette: PropertyGroup, block: ID) -> bool:
-    """True if only the table uses a data-block: a deleted object leaves its light behind."""
-    own = sum(each == block for _, _, each in bound(palette))
+    """True if only tables use a data-block: a deleted object leaves its light behind."""
+    tables = [palette, *(each.spectral.palette for each in bpy.data.scenes if each != palette.id_data)]
+    own = sum(each == block for table in tables for _, _, each in bound(table))
     return block.users - bool(block.use_fake_user) <= own and not isinstance(block, bpy.types.Material)
 
 
-def mend(palette: PropertyGroup) -> list[str]:
-    """Update names, find data-blocks by their old names, and clear the rest; return a sentence for each change."""
-    done = []
+def mend(palette: PropertyGroup) -> tuple[list[str], list[str]]:
+    """Update names, find data-blocks by their old names, and clear the rest.
+
+    Returns a sentence for each change, and one for each linked data-block that stays linked.
+    """
+    done, left = [], []
     for fault in faults(palette):
         entry, pointer = fault.entry, fault.pointer
         known, block = getattr(entry, f"{pointer}_name"), getattr(entry, pointer)
@@ -88,11 +95,34 @@ def mend(palette: PropertyGroup) -> list[str]:
             setattr(entry, pointer, again)
             done.append(f"{entry.name} has its {pointer} again" if again else f"{entry.name} has no {pointer} any more")
         elif fault.kind == "linked":
-            setattr(entry, pointer, local_copy(block))
-            done.append(f"{block.name} is local now")
-    return done
+            try:
+                done.append(make_local(entry, pointer))
+            except InvalidInputError as error:
+                left.append(str(error))
+    return done, left
 
 
-def local_copy(block: ID) -> ID:
-    """A linked data-block made local; local objects use the local one instead."""
-    return block.make_local(clear_liboverride=True)
+def make_local(entry: PropertyGroup, pointer: str) -> str:
+    """Make the linked data-block of a row or column local; local objects use the local one instead.
+
+    Returns a sentence. Raises InvalidInputError if only linked objects use it, which would keep the linked one.
+    """
+    block = getattr(entry, pointer)
+    require_reached(block)
+    name, file = block.name, bpy.path.basename(library_of(block).filepath)
+    stays = any(each.library for each in bpy.data.user_map(subset=[block])[block])
+    setattr(entry, pointer, block.make_local(clear_liboverride=True))
+    return f"{name} is local now" + (f"; objects that are linked from {file} keep the linked one" if stays else "")
+
+
+def require_reached(block: ID) -> None:
+    """Raise InvalidInputError for a linked data-block of which no local object would use a local copy."""
+    tables = () if isinstance(block, bpy.types.World) else bpy.types.Scene  # a scene uses its world, too
+    users = [each for each in bpy.data.user_map(subset=[block])[block] if not isinstance(each, tables)]
+    if users and all(each.library for each in users):
+        file = bpy.path.basename(library_of(block).filepath)
+        raise InvalidInputError(
+            f"{block.bl_rna.name.lower()} {block.name!r} is used by objects that are linked from {file}; a local copy "
+            f"would not change them. Make the objects local first, with their data and materials (Object ▸ Relations ▸ "
+            f"Make Local), or open {file}"
+        )

@@ -8,6 +8,7 @@ import bpy
 
 from spectral_core.palette import PaletteSolution, PaletteStatus
 
+from ... import compat
 from ...properties import hooks
 from ...properties.hooks import Topic
 from ...translate.palette.solution import show_stored_colors
@@ -32,7 +33,7 @@ def edited(properties: bpy.types.PropertyGroup) -> None:
     """Handle a change of the palette: solve again if it is live, else mark its result as outdated."""
     palette = properties.id_data.spectral.palette
     palette.is_stale = True
-    if palette.live:
+    if palette.live and compat.is_editable(palette.id_data):
         LIVE.request(palette.id_data)
 
 
@@ -91,7 +92,7 @@ LIVE = Deferred(_follow, _finish, delay_seconds=DELAY_SECONDS, rest_seconds=REST
 def _after_undo(*_: object) -> None:
     """An undo changes the tables of all scenes; Blender names only that of the window in which it was called."""
     for scene in bpy.data.scenes:
-        if len(scene.spectral.palette.materials) or picture.shown_in(scene):
+        if compat.is_editable(scene) and (len(scene.spectral.palette.materials) or picture.shown_in(scene)):
             _undone(scene)
 
 

@@ -8,7 +8,7 @@ from bpy.props import IntProperty
 from bpy.types import Context, Scene
 
 from ...editing.palette import alternatives, live
-from ..common import UNDOABLE, Waiting, reporting
+from ..common import UNDOABLE, Waiting, palette_in, reporting
 
 
 class SPECTRAL_OT_palette_alternatives(Waiting, bpy.types.Operator):
@@ -20,6 +20,7 @@ class SPECTRAL_OT_palette_alternatives(Waiting, bpy.types.Operator):
     seed: IntProperty(name="Seed", default=0, min=0, description="Another number gives other solutions")
 
     def begin(self, context: Context) -> Callable[[], alternatives.Found]:
+        palette_in(context)  # refuses a linked scene
         return alternatives.search(context.scene, self.seed)
 
     def end(self, scene: Scene, answer: alternatives.Found) -> None:
@@ -40,6 +41,7 @@ class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        palette_in(context)  # refuses a linked scene
         alternatives.take(context.scene, self.index)
         live.show()
 

@@ -39,6 +39,7 @@ class SPECTRAL_OT_palette_take_nearest(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        palette_in(context)  # refuses a linked scene
         possible.take_nearest(context.scene)
 
 

@@ -125,11 +125,16 @@ def require_editable(block: ID) -> None:
     saved.
     """
     if not compat.is_editable(block):
-        source = block.library or block.override_library.reference.library
+        source = bpy.path.basename(library_of(block).filepath)
         raise InvalidInputError(
-            f"{block.bl_rna.name.lower()} {block.name!r} is linked from {bpy.path.basename(source.filepath)} and can "
+            f"{block.bl_rna.name.lower()} {block.name!r} is linked from {source} and can "
             "store no spectrum here; make it local: in the panel Palette, Mend Table does so"
         )
+
+
+def library_of(block: ID) -> bpy.types.Library:
+    """The file that a linked data-block, or the reference of a library override, comes from."""
+    return block.library or block.override_library.reference.library
 
 
 def write_samples(spectral: PropertyGroup, spectrum: Spectrum, *, is_absolute: bool = False) -> None:
