@@ -6,13 +6,13 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
-from bpy.types import Depsgraph, LayerCollection, Object, Scene, ViewLayer
+from bpy.types import Depsgraph, Scene, ViewLayer
 
 from spectral_core.errors import SpectralError
 
@@ -21,8 +21,10 @@ from ...translate.viewport.kept import Unfinished
 from ..deferred import Deferred
 from ..viewport.stages import Stage
 from .as_rendered import first_layer, translated_layers
-from .live import redraw_dial
+from .differences import HIDDEN, told
+from .live import changed, redraw_dial
 from .names import dark_lamps, recorded_names
+from .rendered_parts import look_matrix, names_of, rendered_forms, rendered_objects, settings_parts
 
 REST_SECONDS = 1.0
 """Time without an edit until the scene is compared."""
@@ -33,8 +35,6 @@ SHARE_SECONDS = 0.03
 DIGITS = 12
 """Digits of each part's hash: they detect an edit, and can be stored for thousands of objects."""
 EDITED_ELSEWHERE = "The scene was edited since the recording; press Compare to list the changes"
-NAMED = 3
-"""Changed parts that are named; others are counted."""
 SHOWN = (
     bpy.types.Object, bpy.types.Mesh, bpy.types.Curve, bpy.types.Light, bpy.types.Material, bpy.types.World,
     bpy.types.Camera, bpy.types.NodeTree, bpy.types.Volume, bpy.types.Collection,
@@ -49,8 +49,8 @@ _stages: dict[int, Stage] = {}
 _hashes: dict[int, dict[int, tuple[Any, str]]] = {}
 """By scene and identity of a part: the part, and its hash."""
 
-HIDDEN = "hidden"
-"""Value in place of the hash of a part that is rendered but hidden in the viewport, so that it cannot be compared."""
+_settings: dict[int, tuple[str, bytes]] = {}
+"""By scene the hash of its settings of renders, and the matrix of its look, at the last update."""
 LAYER = "the view layer"
 """Name of the part whose value is the name of the view layer that the others belong to."""
 
@@ -108,7 +108,7 @@ def read_parts(
         if not continues:
             stage.keep_up(depsgraph)
         stage.kept.limit(seconds)
-    rendered = {each.session_uid: each for each in _rendered(view_layer.layer_collection)}
+    rendered = {each.session_uid: each for each in rendered_objects(view_layer.layer_collection)}
     own = {each.session_uid for each in view_layer.objects}
 
     def shows(instance: Any) -> bool:
@@ -121,12 +121,12 @@ def read_parts(
 
         translated = with_light_names(translated, names)
     parts: dict[str, Any] = {"the camera": translated.camera, "the size of the picture": translated.film.size}
-    parts["the world"] = translated.world
+    parts |= {"the world": translated.world, **settings_parts(scene, view_layer), **rendered_forms(rendered.values())}
     for kind in ("lights", "meshes", "materials", "instances", "volumes"):
         singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
         parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
     unseen = [obj for obj in rendered.values() if not obj.visible_get(view_layer=view_layer)]
-    hidden = [name for obj in unseen for name in _names(obj, names)]
+    hidden = [name for obj in unseen for name in names_of(obj, names)]
     return Parts(scene.session_uid, view_layer.name, parts, tuple(hidden))
 
 
@@ -164,24 +164,6 @@ def _view_layer(scene: Scene, name: str) -> ViewLayer:
 def _stage_of(scene: Scene) -> Stage | None:
     """What stays of a scene's translation; nothing without a window, where nobody edits between two comparisons."""
     return None if bpy.app.background else _stages.setdefault(scene.session_uid, Stage())
-
-
-def _rendered(layer: LayerCollection) -> Iterator[Object]:
-    """Objects of a layer's collections that a render shows, independent of the viewport."""
-    if layer.exclude or layer.collection.hide_render:
-        return
-    yield from (each for each in layer.collection.objects if not each.hide_render)
-    for child in layer.children:
-        yield from _rendered(child)
-
-
-def _names(obj: Object, lamps: Mapping[str, str]) -> list[str]:
-    """Names of an object's parts. ``lamps``: other names of lamps."""
-    if obj.type == "LIGHT":
-        return [f"light {lamps.get(obj.name_full, obj.name_full)!r}"]
-    materials = [f"material {slot.material.name_full!r}" for slot in obj.material_slots if slot.material]
-    kept = [] if obj.data is None else [f"mesh {obj.data.name_full!r}"]
-    return [f"object {obj.name_full!r}", f"volume {obj.name_full!r}", *kept, *materials]
 
 
 def remember_parts(scene: Scene, parts: dict[str, str]) -> None:
@@ -239,16 +221,6 @@ def compare(scene: Scene, parts: Parts | None = None) -> str:
     return dial.changes
 
 
-def told(recorded: dict[str, str], now: dict[str, str]) -> str:
-    """Text on the differences."""
-    found = [f"{name} was removed" for name, before in recorded.items() if name not in now and before != HIDDEN]
-    found += [f"{name} was added" for name, after in now.items() if name not in recorded and after != HIDDEN]
-    both = [name for name in recorded if HIDDEN not in (recorded[name], now.get(name, HIDDEN))]
-    found += [f"{name} was changed" for name in both if recorded[name] != now[name]]
-    rest = f", and {len(found) - NAMED} more" if len(found) > NAMED else ""
-    return f"{', '.join(found[:NAMED])}{rest}" if found else ""
-
-
 def _compare_and_show(scene: Scene) -> bool:
     """Read a share of the scene, and compare after the last one; False if another share is left."""
     shares = _shares.setdefault(scene.session_uid, Shares(recorded_layer(scene), recorded_names(scene)))
@@ -264,13 +236,31 @@ def _compare_and_show(scene: Scene) -> bool:
 LIVE = Deferred(lambda _scene: None, _compare_and_show, delay_seconds=REST_SECONDS, rest_seconds=REST_SECONDS)
 
 
+def _has_new_settings(scene: Scene, depsgraph: Depsgraph) -> bool:
+    """True if settings of renders have changed since the last call; the picture follows the exposure of the look."""
+    from spectral_core.scene import scene_hash
+
+    layer = scene.view_layers.get(depsgraph.view_layer.name)
+    if layer is None or not any(isinstance(each.id, Scene) for each in depsgraph.updates):
+        return False
+    found = scene_hash(list(settings_parts(scene, layer).values())), look_matrix(scene).tobytes()
+    before = _settings.get(scene.session_uid)
+    _settings[scene.session_uid] = found
+    if before is not None and before[1] != found[1]:
+        changed(scene)
+    return before is None or before[0] != found[0]
+
+
 @bpy.app.handlers.persistent
 def _after_update(scene: Scene, depsgraph: Depsgraph) -> None:
     """Blender has evaluated an edit."""
     dial = scene.spectral.dial
     if scene.session_uid in _stages:
         _stages[scene.session_uid].keep_up(depsgraph)
-    if bpy.app.background or not dial.scene_hash or not any(isinstance(each.id, SHOWN) for each in depsgraph.updates):
+    if bpy.app.background or not dial.scene_hash:
+        return
+    has_new_settings = _has_new_settings(scene, depsgraph)
+    if not has_new_settings and not any(isinstance(each.id, SHOWN) for each in depsgraph.updates):
         return
     if scene.session_uid not in _slow:
         LIVE.request(scene)
@@ -281,7 +271,7 @@ def _after_update(scene: Scene, depsgraph: Depsgraph) -> None:
 @bpy.app.handlers.persistent
 def _forget(*_: object) -> None:
     """Another file has other scenes: free the parts of the last one's."""
-    for kept in (_slow, _shares, _stages, _hashes):
+    for kept in (_slow, _shares, _stages, _hashes, _settings):
         kept.clear()
 
 

@@ -34,6 +34,7 @@ from .kept_mix import (
 )
 from .paths import follow_save, note_paths, transport_path
 from .picture import picture_for, picture_of, place
+from .rendered_parts import look_matrix
 
 DELAY_SECONDS = 0.0
 """Time from a change to its picture: the next round of Blender's events, for all changes until then."""
@@ -66,6 +67,7 @@ def show(scene: Scene, *, quick: bool = False) -> Any:
     try:
         factors, mix = designed_factors(scene), live_mix(scene)
         pixels = mix.picture(weights_of(dial) * factors, quick=quick and not bpy.app.background)
+        pixels = _under_look(pixels, look_matrix(scene))
     except (SpectralError, OSError) as error:
         dial.message = str(error)
         raise
@@ -76,6 +78,15 @@ def show(scene: Scene, *, quick: bool = False) -> Any:
         _prepare_drag(scene, mix)
     place(scene, image, over_camera=dial.over_camera)
     return image
+
+
+def _under_look(pixels: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Pixels (height, width, 4) with the exposure and adaptation of the look, as a render has them."""
+    if np.array_equal(matrix, np.eye(3)):
+        return pixels
+    shown = pixels.copy()  # the mix keeps its own
+    shown[..., :3] = pixels[..., :3] @ matrix.T.astype(np.float32)
+    return shown
 
 
 def show_soon(scene: Scene, failed: Callable[[Scene, str], None]) -> None:

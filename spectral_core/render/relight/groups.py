@@ -18,7 +18,7 @@ from spectral_core.render.light_groups import (
     shines,
     world_paints,
 )
-from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, white_light
+from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
 from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.scene import Color, Instance, Scene, World, gray, scene_hash
 from spectral_core.scene.motion import following
@@ -110,8 +110,9 @@ def one_group_per_light(scene: Scene) -> Scene:
 def group_light(scene: Scene, group: str) -> Spectrum | None:
     """The single spectrum of all sources of a group, scaled to the luminance of its color; None if they differ.
 
-    Sources that emit nothing count only in a group without others.
+    Colors tint the scene's white. Sources that emit nothing count only in a group without others.
     """
+    white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
     lamps = [light for light in scene.lights if light.group == group]
     paints: list[Any] = [light.color for light in lamps if shines(light)]
     if scene.world.group == group:
@@ -119,7 +120,8 @@ def group_light(scene: Scene, group: str) -> Spectrum | None:
     paints += _emissive_paints(scene, group)
     paints = paints or [light.color for light in lamps]
     # a varying emission was recorded as a filter of the light: alone it tints white
-    spectra = [emitted_spectrum(p) if isinstance(p, (Color, Spectrum)) else white_light() for p in paints]
+    tinted = white or white_light()
+    spectra = [emitted_spectrum(p, white) if isinstance(p, (Color, Spectrum)) else tinted for p in paints]
     if not spectra:
         return None
     first = spectra[0]

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Text on the differences between the recorded parts of a scene and those of now."""
+
+from __future__ import annotations
+
+from .rendered_parts import FILM, FORM, SETTINGS
+
+HIDDEN = "hidden"
+"""Value in place of the hash of a part that is rendered but hidden in the viewport, so that it cannot be compared."""
+NAMED = 3
+"""Changed parts that are named; others are counted."""
+
+
+def _fill_up(recorded: dict[str, str], now: dict[str, str]) -> None:
+    """Let forms that were added or removed count as changed; a recording of an earlier version has no such parts."""
+    if FILM not in recorded:
+        for name in [name for name in now if name in SETTINGS or name.startswith(FORM)]:
+            del now[name]
+    for name in {*recorded, *now}:
+        if name.startswith(FORM):
+            recorded.setdefault(name, "")
+            now.setdefault(name, "")
+
+
+def told(recorded: dict[str, str], now: dict[str, str]) -> str:
+    """Text on the differences between the hashes of parts by name; it fills up both."""
+    _fill_up(recorded, now)
+    found = [f"{name} was removed" for name, before in recorded.items() if name not in now and before != HIDDEN]
+    found += [f"{name} was added" for name, after in now.items() if name not in recorded and after != HIDDEN]
+    both = [name for name in recorded if HIDDEN not in (recorded[name], now.get(name, HIDDEN))]
+    found += [f"{name} was changed" for name in both if recorded[name] != now[name]]
+    rest = f", and {len(found) - NAMED} more" if len(found) > NAMED else ""
+    return f"{', '.join(found[:NAMED])}{rest}" if found else ""
