@@ -21,6 +21,7 @@ Pixels = NDArray[np.float32]
 
 BUT_CAMERA = ~Rays.CAMERA & (Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME | Rays.SHADOW)
 """Every ray that is not the camera's own."""
+EDGES = "on a film that is not transparent, Cycles draws a dark line along the edges of objects before it"
 PASSES = "passes, bands and light groups are those of the scene without its shadow catchers"
 
 
@@ -73,6 +74,8 @@ def render_catching(
         return replace(rest, status="cancelled", notes=(*rest.notes, *notes))
     lit, unshadowed = parts[1].pixels, parts[2].pixels
     background = None if scene.film.transparent else parts[3].pixels
+    if background is not None:
+        notes.append(Note("Shadow catcher", EDGES))
     seconds, work = (sum(getattr(part, name) for part in parts) for name in ("seconds", "work"))
     fresh = [note for part in parts[1:3] for note in part.notes if note not in rest.notes]
     told = tuple(dict.fromkeys((*rest.notes, *fresh, *notes)))

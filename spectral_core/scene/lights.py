@@ -140,7 +140,8 @@ class PointLight(_Light):
 class SpotLight(_Light):
     """A point light inside a cone: ``cone_angle_rad`` full angle, ``blend`` the soft share of it in [0, 1].
 
-    ``cone_scale``: scale of the light's axes, which stretches the cone's cross-section to an ellipse.
+    ``cone_scale``: scale of the light's axes, which stretches the cone's cross-section to an ellipse. Axes that
+    are not at right angles shear it.
     """
 
     power_w: float = 10.0

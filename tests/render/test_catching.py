@@ -50,7 +50,9 @@ def scene(transparent):
 def test_an_umbra_is_opaque_and_a_lit_floor_is_transparent():
     from spectral_core.render import render_scene
 
-    shown = render_scene(scene(True)).pixels
+    result = render_scene(scene(True))
+    shown = result.pixels
+    assert not any("dark line" in note.message for note in result.notes)
     np.testing.assert_allclose(shown[..., :3], 0)
     np.testing.assert_allclose(shown[:, :3, 3], 0, atol=0.1)
     np.testing.assert_allclose(shown[:, 5:, 3], 1, atol=0.1)
@@ -65,6 +67,7 @@ def test_on_a_background_and_in_motion():
     np.testing.assert_allclose(shown.pixels[..., 3], 1)
     np.testing.assert_allclose(shown.pixels[:, :3, :3], 0.5, atol=0.06)
     assert shown.pixels[:, 5:, :3].max() < 0.1
+    assert any("dark line" in note.message for note in shown.notes)
     still = scene(True)
     moments = (Moment(still.camera), Moment(still.camera))
     moving = render_scene(replace(still, moments=moments))

@@ -15,6 +15,7 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
 from .. import spectra
+from ..shading.color_nodes import KELVIN
 from ..shading.fields import Value, color_of_spectrum, value_of
 from ..shading.reader import Reader
 from ..shading.tree import Input, Output, linked, surface_output
@@ -57,7 +58,11 @@ def shine_of(reader: LampReader) -> Shine:
         tint = tint * translation.linear_rgb(lamp.temperature_color)
         if np.ptp(lamp.color[:]) < 1e-6 and isinstance(nodes.color, Color) and np.all(nodes.color.linear_rgb == 1):
             # Blender's temperature keeps the luminance of white, as a normalized illuminant does
-            light = blackbody(min(max(kelvin, 800.0), 20000.0))
+            low, high = KELVIN
+            if kelvin > high:
+                ending = f"Blender's table of temperatures ends at {high:g} K, which is used as in Cycles"
+                translation.note(lamp.name, f"its temperature is {kelvin:g} K; {ending}")
+            light = blackbody(min(max(kelvin, low), high))
             return replace(nodes, color=light, factor=nodes.factor * float(lamp.color[0]), is_planckian=True)
     if isinstance(nodes.color, Color):
         return replace(nodes, color=Color(tint * nodes.color.linear_rgb))

@@ -71,9 +71,12 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
             4 * np.pi * radius**2 if radius > 0 else 4.0
         )  # a strength is a radiant exitance; of a point as in Cycles
     if lamp.type == "SPOT":
+        scale = np.maximum(lengths, 1e-6)  # a scaled spot is an ellipse in Cycles
         if _is_sheared(matrix):
-            translation.note(shared["name"], "its parents shear it; its cone is rendered without that")
-        scale = np.maximum(np.linalg.norm(matrix[:3, :3], axis=0), 1e-6)  # a scaled spot is an ellipse in Cycles
+            shared["world_from_light"] = _leaning(matrix, scale)
+            if _is_cut(matrix, lamp.spot_size / 2):
+                message = "its parents shear it; Cycles cuts off a part of its cone, here the cone is whole"
+                translation.note(name, message)
         return SpotLight(
             **shared,
             power_w=power,
@@ -103,6 +106,28 @@ def _sun_area(lamp: Any) -> float:
     if compat.light_is_normalized(lamp) or lamp.angle <= 0:
         return 1.0
     return float(np.pi * np.sin(lamp.angle / 2) ** 2)
+
+
+def _leaning(matrix: NDArray[np.float64], lengths: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The position and axes of a transform (4, 4), each axis of length 1, at the angles that they have."""
+    result = matrix.copy()
+    result[:3, :3] /= lengths
+    return result
+
+
+def _is_cut(matrix: NDArray[np.float64], half_angle: float) -> bool:
+    """True if Cycles' choice of lamps leaves out a part of a sheared cone.
+
+    Cycles (scene/light_tree.cpp) takes the cone to end at the tangent of its half angle times the longer of the first
+    two axes over the third, all around the third.
+    """
+    turn = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    tangent = np.tan(min(half_angle, np.radians(89.9)))
+    edge = np.stack([tangent * np.cos(turn), tangent * np.sin(turn), np.ones(64)]).T @ matrix[:3, :3].T
+    lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+    cosines = edge @ matrix[:3, 2] / (np.linalg.norm(edge, axis=1) * max(lengths[2], NO_LENGTH))
+    limit = np.arctan(tangent * lengths[:2].max() / max(lengths[2], NO_LENGTH))
+    return bool(np.arccos(np.clip(cosines, -1, 1)).max() > limit + np.radians(2.0))
 
 
 def _is_sheared(matrix: NDArray[np.float64]) -> bool:

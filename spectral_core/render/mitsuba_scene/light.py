@@ -118,7 +118,7 @@ def _shaping(context: Context, light: Light) -> Shaping:
 
 def beam_axes(light: Light, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Array:
     """Rows that transform a world direction to the light's scaled axes, rotated so that the beam is the third."""
-    axes = light.world_from_light[:3, :3].T / np.asarray(scale)[:, None]
+    axes = np.linalg.pinv(light.world_from_light[:3, :3] * np.asarray(scale))
     return np.stack([axes[0], -axes[1], -axes[2]])
 
 
