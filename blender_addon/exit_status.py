@@ -55,7 +55,8 @@ def _was_stopped(scene: Any, *_: Any) -> None:
 
 
 _HANDLERS = {
-    "load_post": _file_was_loaded, "render_init": _has_begun, "render_pre": _frame_begins, "render_cancel": _was_stopped,
+    "load_post": _file_was_loaded, "render_init": _has_begun,
+    "render_pre": _frame_begins, "render_cancel": _was_stopped,
 }  # fmt: skip
 
 
