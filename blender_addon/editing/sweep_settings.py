@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -99,8 +100,19 @@ class Setting:
                 f"{found!r}; remove them, sweep what drives it, or narrow its range"
             )
 
+    def require_animatable(self) -> None:
+        """Raise InvalidInputError if keyframes of the property would change nothing."""
+        place = self.place
+        if is_of_palette(self.path):
+            raise InvalidInputError(
+                f"{self.path} is a setting of the palette, which is not solved anew for each frame; apply single points"
+            )
+        if not (place.is_custom or place.owner.bl_rna.properties[place.name].is_animatable):
+            raise InvalidInputError(f"{self.path} cannot be animated in Blender; remove it from the sweep first")
+
     def keyframe(self, frame: int) -> None:
         """Insert a keyframe of the present value. Raises InvalidInputError if the property cannot be animated."""
+        self.require_animatable()
         place = self.place
         path = f'["{bpy.utils.escape_identifier(place.name)}"]' if place.is_custom else place.name
         try:
@@ -130,6 +142,25 @@ def setting_at(path: str) -> Setting:
         f"{path!r} cannot be varied by a sweep; expected a number, one component of a vector or color, a switch, "
         "or a choice from a list"
     )
+
+
+def is_of_palette(path: str) -> bool:
+    """True if this is a setting of a palette, whose spectra the scene gets only after a solve."""
+    return ".spectral.palette." in path
+
+
+def follow_palette(paths: Iterable[str]) -> None:
+    """Solve and apply the palette of the scene in the context if one of the settings is of a palette.
+
+    Raises InvalidInputError if there is no solution.
+    """
+    if not any(map(is_of_palette, paths)):
+        return
+    try:
+        bpy.ops.spectral.palette_solve()
+        bpy.ops.spectral.palette_apply()
+    except RuntimeError as error:
+        raise InvalidInputError(f"the palette: {str(error).strip().removeprefix('Error: ')}") from error
 
 
 def column_name(setting: Setting, taken: list[str]) -> str:
