@@ -7,9 +7,6 @@ Blender does not report to a script that a render failed (in an animation it eve
 
 from __future__ import annotations
 
-import atexit
-import os
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -21,8 +18,6 @@ from spectral_core.render import Progress, RenderProcess, RenderResult
 from spectral_core.render.denoise import how_to_install, is_installed
 from spectral_core.render.live.link import LiveLink
 from spectral_core.scene import Note, Scene
-
-from .properties.render import ENGINE
 
 
 @dataclass(frozen=True)
@@ -135,52 +130,12 @@ def missing_denoiser() -> str:
     return f"{text[:1].upper()}{text[1:]}." if text else ""
 
 
-RENDER_ARGUMENTS = {"-f", "--render-frame", "-a", "--render-anim"}
-_engine_asked = ""
-
-
-def _command_line() -> list[str]:
-    """Arguments of the command line that Blender itself reads."""
-    return sys.argv[: sys.argv.index("--")] if "--" in sys.argv else sys.argv
-
-
-def _file_was_loaded(*_: Any) -> None:
-    """Store the engine of each loaded file: at the end of the session its data are not available."""
-    global _engine_asked
-    _engine_asked = bpy.context.scene.render.engine
-
-
-def _exit_status() -> None:
-    """At the end of ``blender -b … -f`` or ``-a``: Blender itself exits with 0 after a failed render."""
-    given = _command_line()
-    engine = next((given[i + 1] for i, word in enumerate(given[:-1]) if word in ("-E", "--engine")), _engine_asked)
-    if engine != ENGINE:
-        return
-    failed = failures()
-    if records and not failed:
-        return
-    if failed:
-        print(f"spectral: {len(failed)} of {len(records)} renders failed: {failed[-1].message}", file=sys.stderr)
-    else:
-        print("spectral: nothing was rendered; Blender's messages above say why", file=sys.stderr)
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(1)
-
-
 def register() -> None:
-    """Set the exit status of a command-line render after a failure; in other cases only clean up at exit."""
-    if bpy.app.background and not getattr(bpy.app, "module", False) and RENDER_ARGUMENTS.intersection(_command_line()):
-        bpy.app.handlers.persistent(_file_was_loaded)
-        bpy.app.handlers.load_post.append(_file_was_loaded)
-        atexit.unregister(_exit_status)
-        atexit.register(_exit_status)  # persists after unregister(), which Blender calls before its exit
+    """Nothing to add: processes start with the first render."""
 
 
 def unregister() -> None:
-    """End the renderer's process; the records stay for the exit status."""
-    if _file_was_loaded in bpy.app.handlers.load_post:
-        bpy.app.handlers.load_post.remove(_file_was_loaded)
+    """End the renderer's processes; the records stay for the exit status."""
     process.close()
     while _previews:
         _previews.pop().close()

@@ -9,10 +9,10 @@ import bpy
 
 from spectral_core.errors import InvalidInputError
 
-from . import command_line, engine, interface, jobs, preferences
+from . import command_line, engine, exit_status, interface, jobs, preferences
 from .properties.render import ENGINE
 
-MODULES = (preferences, *interface.MODULES, jobs, engine, command_line)
+MODULES = (preferences, *interface.MODULES, jobs, exit_status, engine, command_line)
 
 
 def register() -> None:

@@ -81,7 +81,7 @@ def add(scene: Scene, path: str) -> PropertyGroup:
     taken = [each.label for each in sweep.parameters]
     entry = sweep.parameters.add()
     entry.name, entry.label = path, column_name(setting, taken)
-    entry.choices, entry.whole = ", ".join(setting.choices), setting.is_whole
+    entry.choices, entry.whole, entry.is_angle = ", ".join(setting.choices), setting.is_whole, setting.is_angle
     if not setting.choices:
         entry.low, entry.high = setting.place.range()
     sweep.active = len(sweep.parameters) - 1

@@ -37,7 +37,8 @@ def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
             made.append(Parameter(entry.label, kind="choice", choices=choices, path=entry.name))
             continue
         kind: Any = "integer" if entry.whole else "real"
-        made.append(Parameter(entry.label, entry.low, entry.high, scale=entry.scale, kind=kind, path=entry.name))
+        unit = "rad" if setting.is_angle else ""
+        made.append(Parameter(entry.label, entry.low, entry.high, unit, entry.scale, kind, path=entry.name))
     return made
 
 

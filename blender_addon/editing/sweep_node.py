@@ -31,7 +31,7 @@ from spectral_core.spectra.pictures import png_bytes
 from ..properties.render import ENGINE
 from ..translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
 from .background import worker_command, worker_prelude
-from .sweep_settings import setting_at
+from .sweep_settings import follow_palette, setting_at
 
 PACKAGE = __package__.rpartition(".")[0]
 LIGHT_PATH = "bpy.data.lights["
@@ -126,9 +126,7 @@ class BlendNode:
         settings = [setting_at(path) for _, path in self.paths]
         for (name, _), setting in zip(self.paths, settings, strict=True):
             setting.write(parameters[name])
-        if any(".spectral.palette" in path for _, path in self.paths):
-            bpy.ops.spectral.palette_solve()  # the spectra of a palette depend on its weights
-            bpy.ops.spectral.palette_apply()
+        follow_palette(path for _, path in self.paths)
         bpy.context.view_layer.update()
         depsgraph = bpy.context.evaluated_depsgraph_get()
         for (name, _), setting in zip(self.paths, settings, strict=True):

@@ -14,7 +14,7 @@ from spectral_core.explore.sweep.ledger import Row
 
 from .. import compat
 from .board.paths import Number
-from .sweep_settings import setting_at
+from .sweep_settings import follow_palette, setting_at
 
 
 def set_point(scene: Scene, values: Mapping[str, Any]) -> list[str]:
@@ -29,6 +29,8 @@ def set_point(scene: Scene, values: Mapping[str, Any]) -> list[str]:
     for setting, value in settings:
         setting.write(value)
     layer = bpy.context.view_layer if bpy.context.scene == scene else scene.view_layers[0]
+    with bpy.context.temp_override(scene=scene, view_layer=layer):
+        follow_palette(by_label[name] for name in values)
     layer.update()
     refused = []
     for setting, value in settings:
@@ -55,13 +57,18 @@ def _has_keyframes(place: Number) -> bool:
 
 
 def keyframe_path(scene: Scene, chosen: list[Row], step: int) -> int:
-    """Keyframe the settings through rows, ``step`` frames apart from the present frame; returns the last frame."""
+    """Keyframe the settings through rows, ``step`` frames apart from the present frame; returns the last frame.
+
+    Raises InvalidInputError, before any keyframe is inserted, if one of the settings cannot be animated.
+    """
     frame = scene.frame_current
     settings = {entry.label: setting_at(entry.name) for entry in scene.spectral.sweep.parameters}
     missing = [name for row in chosen for name in row.parameters if name not in settings]
     if missing:
         raise InvalidInputError(f"the scene does not sweep {missing[0]!r} any more; add it again to keyframe it")
-    for place, row in enumerate(chosen):
+    for name in chosen[0].parameters:
+        settings[name].require_animatable()
+    for place, row in reversed(list(enumerate(chosen))):  # so that the scene is left at its present frame
         for name, value in row.parameters.items():
             settings[name].write(value)
             settings[name].keyframe(frame + place * step)

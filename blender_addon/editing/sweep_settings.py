@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,11 +26,15 @@ _COMPONENTS = {"COLOR": "rgba", "COLOR_GAMMA": "rgba", "QUATERNION": "wxyz", **d
 
 @dataclass(frozen=True)
 class Setting:
-    """A property that a sweep sets. ``choices``: its values if it is no number, as a table shows them."""
+    """A property that a sweep sets. ``choices``: its values if it is no number, as a table shows them.
+
+    ``numbers``: a custom property with a list stores a number for each of its choices.
+    """
 
     path: str
     place: Number
     choices: tuple[str, ...] = ()
+    numbers: tuple[int, ...] = ()
 
     @property
     def is_whole(self) -> bool:
@@ -46,7 +51,17 @@ class Setting:
             return value in (1, "1", "true")
         if value not in self.choices:
             raise InvalidInputError(f"{self.path} cannot be {value!r}; it offers {', '.join(self.choices)}")
+        if self.numbers:
+            return self.numbers[self.choices.index(value)]
         return value == "on" if self.choices == SWITCH else value
+
+    @property
+    def is_angle(self) -> bool:
+        """True if Blender shows it in degrees; its value is in radians."""
+        place = self.place
+        if place.is_custom:
+            return not self.choices and place.ui().get("subtype") == "ANGLE"
+        return place.owner.bl_rna.properties[place.name].unit == "ROTATION"
 
     def write(self, value: Any) -> None:
         """Set it. Raises InvalidInputError for an impossible value."""
@@ -85,8 +100,19 @@ class Setting:
                 f"{found!r}; remove them, sweep what drives it, or narrow its range"
             )
 
+    def require_animatable(self) -> None:
+        """Raise InvalidInputError if keyframes of the property would change nothing."""
+        place = self.place
+        if is_of_palette(self.path):
+            raise InvalidInputError(
+                f"{self.path} is a setting of the palette, which is not solved anew for each frame; apply single points"
+            )
+        if not (place.is_custom or place.owner.bl_rna.properties[place.name].is_animatable):
+            raise InvalidInputError(f"{self.path} cannot be animated in Blender; remove it from the sweep first")
+
     def keyframe(self, frame: int) -> None:
         """Insert a keyframe of the present value. Raises InvalidInputError if the property cannot be animated."""
+        self.require_animatable()
         place = self.place
         path = f'["{bpy.utils.escape_identifier(place.name)}"]' if place.is_custom else place.name
         try:
@@ -103,7 +129,8 @@ def setting_at(path: str) -> Setting:
     if place is not None and isinstance(element, bool):
         return Setting(path, place, SWITCH)
     if place is not None and isinstance(element, (int, float)):
-        return Setting(path, place)
+        listed = place.ui().get("items") or () if place.is_custom else ()
+        return Setting(path, place, tuple(item[0] for item in listed), tuple(item[4] for item in listed))
     if place is not None and isinstance(element, str) and not place.is_custom:
         known = place.owner.bl_rna.properties[place.name]
         offered = tuple(item.identifier for item in known.enum_items) if known.type == "ENUM" else ()
@@ -117,11 +144,29 @@ def setting_at(path: str) -> Setting:
     )
 
 
+def is_of_palette(path: str) -> bool:
+    """True if this is a setting of a palette, whose spectra the scene gets only after a solve."""
+    return ".spectral.palette." in path
+
+
+def follow_palette(paths: Iterable[str]) -> None:
+    """Solve and apply the palette of the scene in the context if one of the settings is of a palette.
+
+    Raises InvalidInputError if there is no solution.
+    """
+    if not any(map(is_of_palette, paths)):
+        return
+    try:
+        bpy.ops.spectral.palette_solve()
+        bpy.ops.spectral.palette_apply()
+    except RuntimeError as error:
+        raise InvalidInputError(f"the palette: {str(error).strip().removeprefix('Error: ')}") from error
+
+
 def column_name(setting: Setting, taken: list[str]) -> str:
     """A column name: the data-block, the property or the node's socket, and the component of a vector or color."""
     place = setting.place
-    is_socket = isinstance(place.owner, bpy.types.NodeSocket)
-    words = [*re.findall(r'"([^"]*)"', setting.path)[:1], place.owner.name if is_socket else place.name]
+    words = [*re.findall(r'"([^"]*)"', setting.path)[:1], _shown_name(place)]
     if place.index is not None:
         subtype = "" if place.is_custom else place.owner.bl_rna.properties[place.name].subtype
         letters = _COMPONENTS.get(subtype, "")
@@ -129,3 +174,16 @@ def column_name(setting: Setting, taken: list[str]) -> str:
     name = re.sub(r"\W+", "_", "_".join(words)).strip("_").lower() or "value"
     name = name if is_column_name(name) else f"p_{name}"
     return name if name not in taken else next(f"{name}_{k}" for k in range(2, 1000) if f"{name}_{k}" not in taken)
+
+
+def _shown_name(place: Number) -> str:
+    """The name that the artist sees: of a socket, of an input of a geometry nodes modifier, or of the property."""
+    owner = place.owner
+    if isinstance(owner, bpy.types.NodeSocket):
+        return str(owner.name)
+    if place.is_custom and isinstance(owner, bpy.types.NodesModifier) and owner.node_group is not None:
+        sockets = [item for item in owner.node_group.interface.items_tree if item.item_type == "SOCKET"]
+        return next((str(socket.name) for socket in sockets if socket.identifier == place.name), place.name)
+    if not place.is_custom and place.name == "value":  # such an input from Blender 5.2 on
+        return str(owner.bl_rna.properties[place.name].name)
+    return place.name

@@ -3,7 +3,7 @@
 
 import functools
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -49,17 +49,25 @@ def paths_under_pointer(
     ``kinds``: the types of properties to include.
     """
     pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
-    if pointer is None or known is None or known.type not in kinds or known.is_readonly:
+    if pointer is None or known is None or known.type not in kinds:
         return
-    if known.type == "ENUM" and known.is_enum_flag:
+    is_custom = known.identifier not in pointer.bl_rna.properties  # Blender calls each of these read-only
+    if (known.is_readonly and not is_custom) or (known.type == "ENUM" and known.is_enum_flag):
         return
     block = pointer.id_data
     try:
-        holder = "" if pointer == block else pointer.path_from_id() + "."
+        holder = "" if pointer == block else pointer.path_from_id()
     except ValueError:
         return  # Blender gives no path to it
-    for index in range(known.array_length) if getattr(known, "is_array", False) else (-1,):
-        yield "" if index < 0 else f" {index + 1}", full_path(block, holder + known.identifier, index)
+    if is_custom:
+        path = f'{holder}["{bpy.utils.escape_identifier(known.identifier)}"]'
+    else:
+        path = f"{holder}." * bool(holder) + known.identifier
+    indices: Iterable[int] = (-1,)
+    if getattr(known, "is_array", False):  # Blender does not know the length of a custom one
+        indices = range(len(pointer[known.identifier]) if is_custom else known.array_length)
+    for index in indices:
+        yield "" if index < 0 else f" {index + 1}", full_path(block, path, index)
 
 
 def with_menu_entry(

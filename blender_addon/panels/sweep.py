@@ -42,8 +42,9 @@ def _draw_parameter(layout: UILayout, number: int, entry: PropertyGroup) -> None
         box.prop(entry, "choices", text="")
         return
     row = box.row(align=True)
-    row.prop(entry, "low")
-    row.prop(entry, "high")
+    of_angle = "_angle" if entry.is_angle else ""
+    row.prop(entry, f"low{of_angle}")
+    row.prop(entry, f"high{of_angle}")
     row = box.row(align=True)
     row.prop(entry, "scale", expand=True)
     row.prop(entry, "whole", text="", icon="LINENUMBERS_ON")

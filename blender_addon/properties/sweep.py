@@ -13,6 +13,15 @@ class SpectralSweepParameter(bpy.types.PropertyGroup):
     label: StringProperty(name="Name", description="Column of the table: letters, digits and underscores")
     low: FloatProperty(name="From", default=0.0, description="Lower end of the range")
     high: FloatProperty(name="To", default=1.0, description="Upper end of the range")
+    is_angle: BoolProperty(description="The setting is an angle: the panel shows its range in the units of the scene")
+    low_angle: FloatProperty(
+        name="From", subtype="ANGLE", description="Lower end of the range",
+        get=lambda self: self.low, set=lambda self, value: setattr(self, "low", value),
+    )  # fmt: skip
+    high_angle: FloatProperty(
+        name="To", subtype="ANGLE", description="Upper end of the range",
+        get=lambda self: self.high, set=lambda self, value: setattr(self, "high", value),
+    )  # fmt: skip
     scale: EnumProperty(
         name="Scale",
         description="Distribution of the points over the range",

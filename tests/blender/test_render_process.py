@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages and exit status in Blender if the renderer is killed, is cancelled, or runs from the command line."""
+"""Messages and exit status in Blender if the renderer is killed, or is cancelled."""
 
 from __future__ import annotations
 
@@ -82,25 +82,3 @@ def test_cancel_keeps_the_rendered_samples_and_ends_soon(endless, shown, monkeyp
     assert record.status == "cancelled" and record.samples >= 3
     assert np.isfinite(record.result.pixels).all() and record.result.pixels[..., :3].any()
     assert answered - asked[0] < 5, "half a second is promised past the pass in flight; this only guards against hours"
-
-
-@pytest.mark.parametrize(
-    ("words", "engine", "statuses", "expected"),
-    [
-        (["-f", "1"], "SPECTRAL", ["done"], None),
-        (["-f", "1"], "SPECTRAL", ["done", "failed"], 1),
-        (["-f", "1"], "SPECTRAL", [], 1),
-        (["-a"], "CYCLES", [], None),
-        (["-E", "SPECTRAL", "-a"], "CYCLES", [], 1),
-    ],
-)
-def test_exit_status_of_a_command_line_render(blender, monkeypatch, words, engine, statuses, expected):
-    from blender_addon import jobs
-
-    answers = []
-    monkeypatch.setattr(jobs.os, "_exit", answers.append)
-    monkeypatch.setattr(jobs.sys, "argv", ["blender", "-b", "scene.blend", *words])
-    monkeypatch.setattr(jobs, "_engine_asked", engine)
-    monkeypatch.setattr(jobs, "records", [jobs.RenderRecord(1, "ViewLayer", status, "why") for status in statuses])
-    jobs._exit_status()
-    assert answers == ([] if expected is None else [expected])

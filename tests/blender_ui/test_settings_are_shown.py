@@ -165,9 +165,11 @@ def filled(blender):
     ours.texture.wanted_colors.add().outcome = "reached"
     ours.dial.bulbs.add().name = "key"
     ours.board.bindings.add().name = 'bpy.data.scenes["Scene"].frame_start'
+    turned = bpy.data.objects.new("turned", None)
     for number, path in enumerate(("render.pixel_aspect_x", "render.use_border")):
         bpy.ops.spectral.sweep_add(target=f'bpy.data.scenes["Scene"].{path}')
         assert len(ours.sweep.parameters) == number + 1
+    bpy.ops.spectral.sweep_add(target=f'bpy.data.objects["{turned.name}"].rotation_euler[0]')
     volume = bpy.data.volumes.new("volume")
     volume.spectral.enabled = True
     opacity = volume.spectral.materials.add()

@@ -19,8 +19,8 @@ _FULL = re.compile(rf"bpy\.data\.(\w+)\[{_QUOTED}(?:,\s*{_QUOTED})?\](.*)", re.S
 """Collection, name, library of linked data, and the rest, with two groups for each text in quotes."""
 _INDEXED = re.compile(r"(.*)\[(\d+)\]", re.S)
 _CUSTOM = re.compile(r'(.*)\["((?:[^"\\]|\\.)*)"\]', re.S)
-WIDEST = 1e5
-"""A soft limit beyond this is no range for a fader."""
+WIDEST = 1e4
+"""A soft limit from this on is no range for a fader: Blender gives 10,000 to numbers of nodes without limits."""
 
 
 @dataclass(frozen=True)
@@ -68,11 +68,16 @@ class Number:
         high = most if abs(most) < WIDEST else max(1.0, 2 * abs(present))
         return (low, high) if high > low else (low, low + 1.0)
 
+    def ui(self) -> dict[str, Any]:
+        """What Blender knows of a custom property: its limits, its subtype, the items of its list."""
+        known: dict[str, Any] = self.owner.id_properties_ui(self.name).as_dict()
+        return known
+
     def _soft_limits(self) -> tuple[float, float]:
         if not self.is_custom:
             known = self.owner.bl_rna.properties[self.name]
             return float(known.soft_min), float(known.soft_max)
-        known = self.owner.id_properties_ui(self.name).as_dict()
+        known = self.ui()
         return float(known.get("soft_min", -math.inf)), float(known.get("soft_max", math.inf))
 
 
@@ -125,7 +130,8 @@ def _plain(quoted: str) -> str:
 
 def full_path(block: ID, data_path: str, index: int = -1) -> str:
     """The text for a property of a data-block, as Copy Full Data Path gives it."""
-    return f"{block_path(block)}.{data_path}" + (f"[{index}]" if index >= 0 else "")
+    dot = "" if data_path.startswith("[") else "."  # a custom property
+    return f"{block_path(block)}{dot}{data_path}" + (f"[{index}]" if index >= 0 else "")
 
 
 def block_path(block: ID) -> str:
