@@ -105,7 +105,7 @@ class Pilot:
         self.palette = palette_matrix(transfer)
         x, y, self.is_whole = pilot_places(view, renderer.shown_corners(transfer), count)
         self.count = len(x)
-        self.pixels = (renderer.types.Float(x), renderer.types.Float(y))
+        self.pixels = (renderer.types.Float64(x), renderer.types.Float64(y))
         self._tried: dict[Stepping, Trial] = {}
         quadrature = quadratures_of(transfer.uses_gradient)[-1]
         made = refined_reference(lambda way: self._march(way, REFERENCE)[0], quadrature, quality_db + 6.0)

@@ -21,12 +21,11 @@ from spectral_core.volume.view import View
 Array = NDArray[np.float64]
 
 _UNIT = 2.0**-24  # relative rounding error of single precision
-_ROUNDED = 1.0  # times the unit and the size of the field: how far rounding moves a point of a ray
 _WIDE = 1e-5  # of a part between two knots: a rounding of data that has no effect
 # Roundings of data by which knots are shifted. They are in single precision, too, so that one rounding may be none, and
 # a shift by two may show other voxels of the same number.
 _SHIFTS = (1.0, 2.0)
-_ASIDE = 8.0  # times that: how far the other rays are, so that their own rounding hardly counts
+_ASIDE = 8.0  # roundings: how far the other rays are, so that their own rounding hardly counts
 
 
 class Rounded(Protocol):
@@ -48,9 +47,8 @@ def other_roundings(
     The changes are those of the rays' picture coordinates ``pixels``, of the ``view``, and of the function
     ``transfer``.
     """
-    near_x, near_y, less_db = beside(view, renderer.volume, x, y)
-    near = (renderer.types.Float(near_x), renderer.types.Float(near_y))
-    changes: list[tuple[dict[str, Any], float]] = [({"pixels": near}, less_db)]
+    near = tuple(renderer.types.Float64(each) for each in beside(view, renderer.volume, x, y))
+    changes: list[tuple[dict[str, Any], float]] = [({"pixels": near}, 20.0 * math.log10(_ASIDE))]
     camera = beside_camera(view, renderer.volume)
     changes += [] if camera is None else [({"view": camera}, 0.0)]
     for times in _SHIFTS:
@@ -93,18 +91,32 @@ def beside_camera(view: View, volume: ScalarVolume) -> View | None:
     return replace(view, world_from_camera=matrix)
 
 
-def beside(view: View, volume: ScalarVolume, x: Array, y: Array) -> tuple[Array, Array, float]:
-    """Picture coordinates (x, y) beside those of rays, in pixels, and the dB by which rounding changes colors less."""
-    (point, along, _), _ = view.index_rays(volume)
-    # Voxels that are much longer along one axis put the start of a ray far outside the field along another.
-    starts = point[0] + x[:, None] * point[1] + y[:, None] * point[2]
-    size = float(max(*volume.shape, np.abs(starts).max()))
-    turn = float(np.linalg.norm(along[1]) / np.linalg.norm(along[0]))
-    camera = view.origin_index(volume)
-    distance = 0.0 if camera is None else float(np.linalg.norm(camera - np.array(volume.shape) / 2 + 0.5))
-    voxels_per_pixel = float(np.linalg.norm(point[1])) + (0.5 * max(volume.shape) + distance) * turn
-    rounded = _ROUNDED * _UNIT * size / voxels_per_pixel
-    # Picture coordinates are single precision, too.
-    aside = max(_ASIDE * rounded, 4.0 * _UNIT * max(view.width, view.height))
-    sign = np.where(np.arange(len(x)) % 2, -1.0, 1.0)
-    return x + aside, y + sign * aside, 20.0 * math.log10(aside / rounded)
+def beside(view: View, volume: ScalarVolume, x: Array, y: Array) -> tuple[Array, Array]:
+    """Picture coordinates (x, y) beside those of rays, in pixels, by ``_ASIDE`` roundings of a point in the field.
+
+    A rounding is as large as the field along each axis of it. Where voxels are far longer along one axis, it moves a
+    ray by far more pixels along that axis than along the others.
+    """
+    camera_from_index = np.linalg.inv(view.world_from_camera[:3, :3]) @ volume.world_from_index[:3, :3]
+    signs = 1 - 2 * (np.arange(len(x))[:, None] >> np.arange(3) & 1)
+    moved = (signs * (_ASIDE * _UNIT * np.array(volume.shape))) @ camera_from_index.T
+    if view.fov_deg is None:
+        pixel = np.full(len(x), view.ortho_width / view.width)
+        return x - moved[:, 0] / pixel, y - moved[:, 1] / pixel
+    # Points of a ray: depth times these slopes, in the camera's space.
+    half = np.tan(np.radians(view.fov_deg) / 2)
+    across = (1 - 2 * x / view.width) * half, (1 - 2 * y / view.height) * half * view.height / view.width
+    pixel = 2 * half / view.width * _depths(view, volume, x, y)
+    right, down = ((moved[:, axis] - across[axis] * moved[:, 2]) / pixel for axis in range(2))
+    return x - right, y - down
+
+
+def _depths(view: View, volume: ScalarVolume, x: Array, y: Array) -> Array:
+    """Depths in world units, in the far half of the field, of the rays of a perspective camera."""
+    (point, along, _), back = view.index_rays(volume)
+    pixels = np.stack([np.ones(len(x)), x, y], axis=-1)
+    directions = pixels @ along
+    lengths = np.linalg.norm(directions, axis=-1)
+    ahead = np.sum((np.array(volume.shape) / 2 - 0.5 - pixels @ point) * directions, axis=-1) / lengths
+    depths: Array = np.abs(back + ahead / lengths) + 0.5 * max(volume.shape) / lengths
+    return depths

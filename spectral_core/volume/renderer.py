@@ -18,7 +18,7 @@ from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 from spectral_core.volume.gradient import gradient_magnitude
 from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
-from spectral_core.volume.march.device import DeviceVolume, opaque_vector
+from spectral_core.volume.march.device import DeviceVolume, opaque_doubles
 from spectral_core.volume.march.device_grid import DeviceGrid
 from spectral_core.volume.march.dither import phase_at
 from spectral_core.volume.march.loop import Marched, march
@@ -32,6 +32,7 @@ from spectral_core.volume.view import View
 
 LEAST_VOXEL, GREATEST_VOXEL = 1e-30, 1e30
 """World lengths of a voxel's edges: those times an extinction fit into single precision."""
+_FARTHEST = 1e15  # voxels before a field: where rays begin that come from further away
 THESIS_WINDOW = 2  # voxels: the rank filter's reach, and the longest step of that rule
 
 
@@ -158,29 +159,29 @@ class VolumeRenderer:
         return march(path, counts=counts)
 
     def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
+        """Rays in index space, in double precision until they begin beside the field.
+
+        Through voxels that are far longer along one axis, a ray from the plane of the field's center begins millions of
+        short voxels outside of the field, and the small components of its direction are differences of large ones.
+        """
         import drjit as dr
 
         types = self.types
         coefficients, back = view.index_rays(self.volume)
-        # Directions near 1: the squares of lengths in very small or large units do not fit into single precision.
-        per_index_unit, per_world_unit = (_power_of_two(block) for block in coefficients[1:])
-        coefficients = coefficients / np.array([1.0, per_index_unit, per_world_unit])[:, None, None]
-        x, y = (types.Array3f(each) for each in pixels)
+        x, y = (types.Array3f64(types.Float64(each)) for each in pixels)
         point, along, world = (
             dr.fma(y, per_y, dr.fma(x, per_x, fixed))
-            for fixed, per_x, per_y in ([opaque_vector(types, row) for row in block] for block in coefficients)
+            for fixed, per_x, per_y in ([opaque_doubles(types, row) for row in block] for block in coefficients)
         )
         length = dr.sqrt(dr.dot(along, along))
-        inverse = 1.0 / length
-        voxel = dr.opaque(types.Float, per_world_unit / per_index_unit)
-        per_index = dr.sqrt(dr.dot(world, world)) * inverse * voxel
-        begin = -dr.opaque(types.Float, min(back * per_index_unit, 1e15)) * length
-        return clip_to_box(grid, point, along * inverse, per_index, begin)
-
-
-def _power_of_two(block: NDArray[np.float64]) -> float:
-    """The power of two near the largest number of a block; a division by it causes no rounding."""
-    return float(2.0 ** np.floor(np.log2(np.abs(block).max())))
+        along /= length
+        camera = view.origin_index(self.volume)
+        middle = np.array(self.volume.shape) / 2 - 0.5 if camera is None else camera
+        ahead = dr.dot(opaque_doubles(types, middle) - point, along)
+        begin = dr.maximum(-dr.opaque(types.Float64, back) * length - ahead, -_FARTHEST)
+        per_index = dr.sqrt(dr.dot(world, world)) / length
+        start = types.Array3f(dr.fma(along, ahead, point))
+        return clip_to_box(grid, start, types.Array3f(along), types.Float(per_index), types.Float(begin))
 
 
 def array_types(backend: str) -> Any:

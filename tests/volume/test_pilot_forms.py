@@ -25,7 +25,7 @@ class Law:
 
     def __init__(self, *, order: float = 2.0, size: float = 0.01, share: float = 1.0, floor: float = 0.0) -> None:
         self.volume = ScalarVolume("v", np.zeros((8, 8, 8), np.uint8))
-        self.types = SimpleNamespace(Float=np.asarray)
+        self.types = SimpleNamespace(Float64=np.asarray)
         self.order, self.size, self.share, self.floor = order, size, share, floor
         self.calls: list[tuple[Stepping, Any]] = []
 

@@ -4,10 +4,15 @@
 Each ray goes from one face between voxel centers to the next, and each such part is cut into equal pieces. In a piece
 the field is taken as linear between its ends; the transfer function's mean over the values between them comes from the
 exact antiderivative of its knots, found by bisection. All in float64, with no early end and no skipping.
+
+Voxels and knots are counted from the least voxel, by integers or fractions: float64 holds no difference of two values
+near 1.8e19 that is smaller than 2048. Rays are counted from where they enter the field, for a like reason.
 """
 
 from __future__ import annotations
 
+from fractions import Fraction
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
@@ -30,11 +35,12 @@ def exact_amounts(volume: ScalarVolume, transfer: TransferFunction, view: View, 
     inverse = np.linalg.inv(np.asarray(volume.world_from_index, dtype=np.float64))
     origin, along = start @ inverse[:3, :3].T + inverse[:3, 3], direction @ inverse[:3, :3].T
     near, far = _box(volume.shape, origin, along, view.fov_deg is None)
+    origin, far = origin + near[:, None] * along, far - near
     o, d = ([real(np.ascontiguousarray(v[:, a])) for a in range(3)] for v in (origin, along))
-    voxels = real(np.ascontiguousarray(volume.data.astype(np.float64).ravel()))
-    shape = volume.shape
-    curves = [_Curve(types, m.values, m.extinction) for m in transfer.materials]
-    glows = [None if m.emission is None else _Curve(types, m.values, m.emission) for m in transfer.materials]
+    base = volume.data.min().item()
+    voxels, shape = real(_above(volume.data, base)), volume.shape
+    curves = [_Curve(types, m.values, m.extinction, base) for m in transfer.materials]
+    glows = [None if m.emission is None else _Curve(types, m.values, m.emission, base) for m in transfer.materials]
 
     def value(t: Any) -> Any:
         low, part = [], []
@@ -90,27 +96,44 @@ def exact_amounts(volume: ScalarVolume, transfer: TransferFunction, view: View, 
         face = dr.select(done, dr.minimum(next_face(after), end), face)
         return after, face, dr.select(done, 0.0, piece), g, passed * dr.exp(-depth), amounts
 
-    t = real(near)
-    zero = t * 0.0
+    t = zero = end * 0.0
     state = (t, dr.minimum(next_face(t), end), zero + 0.0, value(t), zero + 1.0, [zero + 0.0 for _ in curves])
     amounts = dr.while_loop(state, going, part_of_a_cell)[5]
     return np.stack([a.numpy() for a in amounts], axis=-1).reshape(view.height, view.width, -1)
 
 
-class _Curve:
-    """A piecewise linear curve with jumps, constant outside, by its heights and areas at its distinct knots."""
+def _above(data: NDArray[Any], base: float) -> Array:
+    """Voxels minus the least of them, raveled: exact for integers."""
+    if data.dtype.kind == "f":
+        return np.ascontiguousarray((data.astype(np.float64) - base).ravel())
+    # The difference of two integers, as an unsigned one of the same size, is exact even where it has no signed form.
+    kind = np.dtype(f"u{data.dtype.itemsize}")
+    return np.ascontiguousarray(
+        (data.astype(kind) - np.array(base, data.dtype).astype(kind)).astype(np.float64).ravel()
+    )
 
-    def __init__(self, types: Any, values: Array, heights: Array) -> None:
-        knots, first, counts = np.unique(values, return_index=True, return_counts=True)
-        left, right = heights[first], heights[first + counts - 1]
-        width = np.diff(knots)
-        slope = np.append((left[1:] - right[:-1]) / width, 0.0)
-        area = np.concatenate([[0.0], np.cumsum(0.5 * (right[:-1] + left[1:]) * width)])
+
+class _Curve:
+    """A piecewise linear curve with jumps, constant outside, by its heights and areas at its distinct knots.
+
+    Knots are ``values`` minus ``base``. The area before a knot is ``area`` plus ``less``, in twice the digits of
+    float64, so that differences of areas keep all of theirs.
+    """
+
+    def __init__(self, types: Any, values: Array, heights: Array, base: float) -> None:
+        given, first, counts = np.unique(values, return_index=True, return_counts=True)
+        knots = [Fraction(float(each)) - Fraction(base) for each in given]
+        left, right = ([Fraction(float(h)) for h in heights[at]] for at in (first, first + counts - 1))
+        pieces = [(b - a, low, high) for (a, b), low, high in zip(pairwise(knots), right, left[1:], strict=False)]
+        slopes = [(high - low) / width for width, low, high in pieces] + [Fraction(0)]
+        areas = list(accumulate(((low + high) / 2 * width for width, low, high in pieces), initial=Fraction(0)))
+        less = [area - Fraction(float(area)) for area in areas]
         # Below the first knot a level piece of its own, whose area counts down from there.
-        self.size = len(knots)
-        arrays = (knots[:1], knots), (left[:1], right), (np.zeros(1), slope), (np.zeros(1), area)
-        self.knots, self.right, self.slope, self.area = (types.Float64(np.concatenate(pair)) for pair in arrays)
-        self.types = types
+        columns = knots[:1] + knots, left[:1] + left, left[:1] + right, [0, *slopes], [0, *areas], [0, *less]
+        self.knots, self.left, self.right, self.slope, self.area, self.less = (
+            types.Float64(np.array([float(each) for each in column])) for column in columns
+        )
+        self.size, self.types = len(knots), types
 
     def _piece(self, v: Any) -> tuple[Any, Any]:
         """(piece, distance from its knot) of ``v``: piece 0 is below the first knot."""
@@ -130,23 +153,23 @@ class _Curve:
         """Mean over the values between ``a`` and ``b``."""
         import drjit as dr
 
-        run = b - a
-        close = dr.abs(run) <= 1e-12 * (dr.abs(a) + dr.abs(b) + 1e-300)
-        difference = (self._integral(b) - self._integral(a)) / dr.select(close, 1.0, run)
-        return dr.maximum(dr.select(close, self._height(0.5 * (a + b)), difference), 0.0)
+        (at_a, from_a), (at_b, from_b) = self._piece(a), self._piece(b)
+        low, high = dr.minimum(at_a, at_b), dr.maximum(at_a, at_b)
+        least = dr.select(at_a < at_b, a, b)
 
-    def _height(self, v: Any) -> Any:
-        import drjit as dr
+        def of(column: Any, at: Any) -> Any:
+            return dr.gather(type(a), column, at)
 
-        at, part = self._piece(v)
-        return dr.gather(type(v), self.right, at) + part * dr.gather(type(v), self.slope, at)
-
-    def _integral(self, v: Any) -> Any:
-        import drjit as dr
-
-        at, part = self._piece(v)
-        right, slope = dr.gather(type(v), self.right, at), dr.gather(type(v), self.slope, at)
-        return dr.gather(type(v), self.area, at) + part * (right + 0.5 * part * slope)
+        # Within a piece the curve is a line, whose mean is that of its ends; areas would differ by their rounding.
+        inside = of(self.right, at_a) + 0.5 * (from_a + from_b) * of(self.slope, at_a)
+        # The rest of the lower piece, the pieces between, and the part of the higher one: no large areas cancel.
+        after = dr.minimum(low + 1, self.size)
+        rest, part = of(self.knots, after) - least, dr.select(at_a < at_b, from_b, from_a)
+        tail = rest * (of(self.left, after) - 0.5 * rest * of(self.slope, low))
+        head = part * (of(self.right, high) + 0.5 * part * of(self.slope, high))
+        between = of(self.area, high) - of(self.area, after) + (of(self.less, high) - of(self.less, after))
+        across = (tail + between + head) / dr.select(low == high, 1.0, dr.abs(b - a))
+        return dr.maximum(dr.select(low == high, inside, across), 0.0)
 
 
 def _rays(view: View) -> tuple[Array, Array]:

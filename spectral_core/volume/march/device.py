@@ -155,6 +155,11 @@ def opaque(kind: Any, values: Any) -> list[Any]:
     return [dr.opaque(kind, v.item() if hasattr(v, "item") else v) for v in values]
 
 
+def opaque_doubles(types: Any, values: Any) -> Any:
+    """Three opaque numbers as an Array3f64."""
+    return types.Array3f64(*opaque(types.Float64, [float(v) for v in values]))
+
+
 def opaque_vector(types: Any, values: Any) -> Any:
     """Three opaque numbers as an Array3f."""
     return types.Array3f(*opaque(types.Float, [float(v) for v in values]))

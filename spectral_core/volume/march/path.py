@@ -35,40 +35,53 @@ class WorldRay:
 
 @dataclass(frozen=True)
 class Placed:
-    """A field ready to march and ``index_from_world``: rows of its linear part, and its offset, device numbers."""
+    """A field ready to march and ``index_from_world``: rows of its linear part, and its offset, all Array3f64.
+
+    Rays of a scene have single precision. All that is made of them until they begin beside the field is in double
+    precision: the field may be far away, or its voxels far longer along one axis.
+    """
 
     data: MarchInput
     rows: tuple[Any, Any, Any]
     offset: Any
 
     def index_vector(self, world: Any) -> Any:
-        """A world vector in index space."""
+        """A world vector (Array3f or Array3f64) in index space, Array3f64."""
         import drjit as dr
 
-        return type(world)(*(dr.dot(row, world) for row in self.rows))
+        doubles = self.data.volume.types.Array3f64
+        return doubles(*(dr.dot(row, doubles(world)) for row in self.rows))
 
     def index_point(self, world: Any) -> Any:
-        """A world point in index space."""
+        """A world point in index space, as ``index_vector``."""
         return self.index_vector(world) + self.offset
 
     def world_covector(self, index: Any) -> Any:
         """A gradient over index space as one over world space: ∂f/∂world_a = Σ_b ∂f/∂index_b · ∂index_b/∂world_a."""
-        return self.rows[0] * index.x + self.rows[1] * index.y + self.rows[2] * index.z
+        doubles = self.data.volume.types.Array3f64(index)
+        return self.rows[0] * doubles.x + self.rows[1] * doubles.y + self.rows[2] * doubles.z
 
     def rays(self, ray: WorldRay) -> tuple[Rays, Any]:
         """(the ray inside this field, world distance at which that begins)."""
         import drjit as dr
 
-        vector = self.data.volume.types.Array3f
+        volume = self.data.volume
+        types = volume.types
         # In index space bricks are unit cells, whatever shear or scale the placement has.
-        point, along = self.index_point(vector(ray.origin)), self.index_vector(vector(ray.direction))
+        point, along = self.index_point(types.Array3f(ray.origin)), self.index_vector(types.Array3f(ray.direction))
         speed = dr.sqrt(dr.dot(along, along))
-        along = along / speed
-        world = dr.rcp(speed)
-        inside = clip_to_box(self.data.grid, point, along, world, 0.0 * world)
-        begin = dr.dot(inside.origin - point, along) * world
+        along /= speed
+        last = types.Array3f64(volume.last)
+        to_middle = 0.5 * last - point
+        # A ray that begins in the field or near it may begin on a face, and is not moved.
+        is_near = dr.all(dr.abs(to_middle) <= last + 1.0)
+        ahead = dr.select(is_near, 0.0, dr.dot(to_middle, along))
+        start = types.Array3f(dr.fma(along, ahead, point))
+        along, world = types.Array3f(along), types.Float(dr.rcp(speed))
+        inside = clip_to_box(self.data.grid, start, along, world, types.Float(-ahead))
+        begin = types.Float((ahead + dr.dot(inside.origin - start, along)) / speed)
         # A surface in front of the field's end cuts the march short.
-        length = dr.clip((ray.end - begin) * speed, 0.0, inside.length)
+        length = dr.clip((ray.end - begin) * types.Float(speed), 0.0, inside.length)
         return Rays(inside.origin, inside.direction, length, world, inside.line), begin
 
 

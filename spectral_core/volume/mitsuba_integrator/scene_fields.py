@@ -10,7 +10,7 @@ import numpy as np
 from spectral_core.errors import MissingDependencyError
 from spectral_core.llvm_library import LLVM_INSTALL_HINT
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.march.device import opaque_vector
+from spectral_core.volume.march.device import opaque_doubles
 from spectral_core.volume.march.path import Placed
 from spectral_core.volume.mitsuba_integrator.scene_colors import SceneColors
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, VolumeSettings
@@ -82,8 +82,8 @@ class SceneFields:
             stepping = made.stepping
         data = self.renderers[number].prepare(item.transfer).march_input(stepping)
         matrix = item.volume.index_from_world
-        rows = [opaque_vector(self.types, row) for row in matrix[:3, :3]]
-        return Placed(data, (rows[0], rows[1], rows[2]), opaque_vector(self.types, matrix[:3, 3]))
+        rows = [opaque_doubles(self.types, row) for row in matrix[:3, :3]]
+        return Placed(data, (rows[0], rows[1], rows[2]), opaque_doubles(self.types, matrix[:3, 3]))
 
     def _plan(self, number: int, view: View | None) -> Plan | None:
         """The choice of the pilot rays; None if the settings fix the steps."""

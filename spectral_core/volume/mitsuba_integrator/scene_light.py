@@ -65,7 +65,7 @@ def facing_light(volume: Placed, point: Any, toward: Any) -> Any:
     import drjit as dr
 
     field, vector = volume.data.volume, volume.data.volume.types.Array3f
-    at = volume.index_point(vector(point))
+    at = vector(volume.index_point(vector(point)))
     # Central differences over one voxel, in index space; the gradient of the world follows as a covector.
     slopes, scale = [], 0.0
     for axis in range(3):
@@ -76,10 +76,11 @@ def facing_light(volume: Placed, point: Any, toward: Any) -> Any:
     gradient = vector(*slopes)
     normal = volume.world_covector(gradient)
     length = dr.sqrt(dr.dot(normal, normal))
-    along = dr.dot(normal, vector(toward))
+    along = dr.abs(dr.dot(normal, field.types.Array3f64(vector(toward))))
+    facing = field.types.Float(along / dr.select(length > 0.0, length, 1.0))
     # Differences as small as float32's rounding belong to a level field.
     sided = dr.dot(gradient, gradient) > (1e-6 * scale) ** 2
-    return dr.select(sided, dr.abs(along) / dr.select(sided, length, 1.0) / math.pi, 0.25 / math.pi)
+    return dr.select(sided, facing / math.pi, 0.25 / math.pi)
 
 
 def surface_light(
