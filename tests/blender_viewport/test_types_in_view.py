@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Object Types Visibility of a 3D view: as in Cycles, it hides objects of a type in this view alone."""
+"""Objects that a 3D view does not show, as in Cycles: those of hidden types, and those of hidden collections."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ bpy = pytest.importorskip("bpy")
 
 from blender_addon.translate.viewport.shown import SWITCHES  # noqa: E402
 from tests.blender_viewport.test_look import updated  # noqa: E402
+from tests.blender_viewport.test_viewport_edits import updated as edited  # noqa: E402
 
 
 def sent(stage):
@@ -46,6 +47,40 @@ def test_copies_are_hidden_by_their_own_type(stage):
     space.show_object_viewport_mesh = False
     updated(stage)
     assert sent(stage) == ({"Lamp"}, set())
+
+
+@pytest.fixture
+def real_space(stage):
+    """The settings of a 3D view of Blender, in place of the stand-in."""
+    windows = bpy.context.window_manager.windows
+    stage.context.space_data = next(each.spaces.active for each in windows[0].screen.areas if each.type == "VIEW_3D")
+    return stage.context.space_data
+
+
+def in_collection(scene, name):
+    """The ball and an empty that shows a copy of another ball, in a collection of their own; its eye."""
+    own, library = bpy.data.collections.new(name), bpy.data.collections.new("Library")
+    scene.collection.children.link(own)
+    scene.collection.objects.unlink(bpy.data.objects["Ball"])
+    library.objects.link(bpy.data.objects.new("Inner", bpy.data.objects["Ball"].data))
+    empty = bpy.data.objects.new("Copy", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", library
+    for each in (bpy.data.objects["Ball"], empty):
+        own.objects.link(each)
+    return bpy.context.view_layer.layer_collection.children[name]
+
+
+def test_the_eye_of_a_collection_hides_its_objects_and_copies(stage, real_space):
+    """Blender keeps them in the depsgraph, since another view may have collections of its own."""
+    eye = in_collection(stage.scene, "Props")
+    edited(stage)
+    assert sent(stage) == ({"Lamp"}, {"Floor", "Ball", "Inner"})
+    edited(stage, lambda _: setattr(eye, "hide_viewport", True))
+    assert sent(stage) == ({"Lamp"}, {"Floor"})
+    edited(stage, lambda _: setattr(bpy.data.objects["Ball"], "location", (0, 0, 5)))
+    assert sent(stage) == ({"Lamp"}, {"Floor"})
+    edited(stage, lambda _: setattr(eye, "hide_viewport", False))
+    assert sent(stage) == ({"Lamp"}, {"Floor", "Ball", "Inner"})
 
 
 def test_the_switches_are_those_of_blender():

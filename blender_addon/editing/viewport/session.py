@@ -156,10 +156,12 @@ class ViewSession:
             transparent_glass=bool(cycles_settings(source, "film_transparent_glass", False)), **pixel_filter_of(source),
         )  # fmt: skip
         camera = Camera(world_from_camera=np.eye(4))  # the camera of a view is part of each request for a picture
-        stage.show_part(part_shown_by(space))
+        layer = depsgraph.view_layer
+        stage.show_part(part_shown_by(space, layer))
         if stage.scene is None:
+            shows = shown_by(space, layer)
             stage.scene = translate_scene(
-                depsgraph, film=film, seen_from=camera, shows=shown_by(space), kept=stage.kept, designed=stage.designed
+                depsgraph, film=film, seen_from=camera, shows=shows, kept=stage.kept, designed=stage.designed
             )
         return stage.scene
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The objects that one 3D view shows: those of its local view, of its own collections, and of its visible types."""
+"""The objects that one 3D view shows: those of its local view, of its own collections, and of its visible types.
+
+A view without collections of its own does not show those that the eye in the outliner hides.
+"""
 
 from __future__ import annotations
 
@@ -20,31 +23,33 @@ def shows_a_part(space: Any) -> bool:
     return _is_local(space) or bool(_hidden_types(space))
 
 
-def part_shown_by(space: Any) -> tuple[set[str], set[int]] | None:
-    """What decides which objects a view shows: hidden types, and the session numbers of the objects in its local view.
+def part_shown_by(space: Any, view_layer: Any) -> tuple[set[str], set[int], set[str]] | None:
+    """What decides which objects a view shows: hidden types, the session numbers of the objects in its local view, and
+    the names of hidden collections.
 
-    None for a view that shows all. Blender does not report a change of it.
+    None for a view that shows all. Blender does not report a change of the types and of the local view.
     """
-    if not shows_a_part(space):
+    types, collections = _hidden_types(space), _hidden_collections(space, view_layer)
+    if not (types or collections or _is_local(space)):
         return None
     local = bpy.data.objects if _is_local(space) else ()
-    return _hidden_types(space), {obj.session_uid for obj in local if obj.visible_in_viewport_get(space)}
+    return types, {obj.session_uid for obj in local if obj.visible_in_viewport_get(space)}, collections
 
 
-def shown_by(space: Any) -> Callable[[Any], bool]:
+def shown_by(space: Any, view_layer: Any) -> Callable[[Any], bool]:
     """Function that is True for the objects of the depsgraph (``DepsgraphObjectInstance``) that a view shows.
 
-    Copies are as local as their owner, and hidden by their own type, as in Cycles.
+    Copies are as local as their owner, hidden with its collection, and hidden by their own type, as in Cycles.
     """
-    is_local, hidden = _is_local(space), _hidden_types(space)
-    if not is_local and not hidden:
+    types, is_local, layer = _hidden_types(space), _is_local(space), _hidden_collections(space, view_layer)
+    if not (types or is_local or layer):
         return lambda _instance: True
 
     def is_shown(instance: Any) -> bool:
-        if instance.object.type in hidden:
+        if instance.object.type in types:
             return False
-        owner = instance.parent if instance.is_instance and instance.parent else instance.object
-        return not is_local or bool(owner.original.visible_in_viewport_get(space))
+        # a copy has the visibility of its owner, but for the owner's type
+        return not (is_local or layer) or bool(instance.object.visible_in_viewport_get(space))
 
     return is_shown
 
@@ -52,6 +57,22 @@ def shown_by(space: Any) -> Callable[[Any], bool]:
 def _is_local(space: Any) -> bool:
     """True in local view, and for a view with collections of its own."""
     return space.local_view is not None or bool(space.use_local_collections)
+
+
+def _hidden_collections(space: Any, view_layer: Any) -> set[str]:
+    """Names of the collections that the eye in the outliner hides; their objects stay in the depsgraph.
+
+    A view with collections of its own has other eyes.
+    """
+    if space.use_local_collections:
+        return set()
+    found, left = set(), [view_layer.layer_collection]
+    while left:
+        each = left.pop()
+        left += each.children
+        if each.hide_viewport:
+            found.add(each.name)
+    return found
 
 
 def _hidden_types(space: Any) -> set[str]:
