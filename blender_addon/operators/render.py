@@ -81,27 +81,20 @@ class SPECTRAL_OT_plan(_Planning, bpy.types.Operator):
     bl_options = UNDOABLE
 
 
-class SPECTRAL_OT_plan_override(_Planning, bpy.types.Operator):
-    """Override the plan's decision"""
+class _Overriding(_Planning):
+    """Plans the scene with another override of one decision; where that fails, the present one returns."""
 
-    bl_idname = "spectral.plan_override"
-    bl_label = "Override Decision"
-    bl_options = UNDOABLE
-    effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
-    value: StringProperty(name="Value", description="What to simulate, such as 'spectral', 'off' or '4'")
+    effect: str
+    _before: dict[str, str]
 
-    def invoke(self, context: Context, event: Event) -> set[str]:
-        line = context.scene.spectral.render.plan.get(self.effect)
-        if line is not None and line.choices:
-            return super().invoke(context, event)
-        return context.window_manager.invoke_props_dialog(self)
+    def wanted(self) -> str | None:
+        """The override, None to leave the decision to the plan. Raises InvalidInputError if it is incomplete."""
+        raise NotImplementedError
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
-        settings = context.scene.spectral.render
-        if not self.effect or not self.value:
-            raise InvalidInputError("name the effect and the value to override it with")
+        settings, value = context.scene.spectral.render, self.wanted()
         self._before = overrides_of(settings)
-        _set_override(settings, self.effect, self.value)
+        _set_override(settings, self.effect, value)
         try:
             super().prepare(context, at_once=at_once)
         except Exception:
@@ -117,6 +110,27 @@ class SPECTRAL_OT_plan_override(_Planning, bpy.types.Operator):
 
     def failed(self, scene: bpy.types.Scene) -> None:
         _set_override(scene.spectral.render, self.effect, self._before.get(self.effect))
+
+
+class SPECTRAL_OT_plan_override(_Overriding, bpy.types.Operator):
+    """Override the plan's decision"""
+
+    bl_idname = "spectral.plan_override"
+    bl_label = "Override Decision"
+    bl_options = UNDOABLE
+    effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
+    value: StringProperty(name="Value", description="What to simulate, such as 'spectral', 'off' or '4'")
+
+    def invoke(self, context: Context, event: Event) -> set[str]:
+        line = context.scene.spectral.render.plan.get(self.effect)
+        if line is not None and line.choices:
+            return super().invoke(context, event)
+        return context.window_manager.invoke_props_dialog(self)
+
+    def wanted(self) -> str | None:
+        if not self.effect or not self.value:
+            raise InvalidInputError("name the effect and the value to override it with")
+        return str(self.value)
 
 
 def _set_override(settings: PropertyGroup, effect: str, value: str | None) -> None:
@@ -138,7 +152,7 @@ def _transport(value: str | None) -> str:
     return "AUTO" if value is None else value.upper()
 
 
-class SPECTRAL_OT_plan_release(_Planning, bpy.types.Operator):
+class SPECTRAL_OT_plan_release(_Overriding, bpy.types.Operator):
     """Leave this decision to the plan again"""
 
     bl_idname = "spectral.plan_release"
@@ -146,9 +160,8 @@ class SPECTRAL_OT_plan_release(_Planning, bpy.types.Operator):
     bl_options = UNDOABLE
     effect: StringProperty(name="Effect", description="Name of the decision, such as 'transport'")
 
-    def prepare(self, context: Context, *, at_once: bool) -> None:
-        _set_override(context.scene.spectral.render, self.effect, None)
-        super().prepare(context, at_once=at_once)
+    def wanted(self) -> str | None:
+        return None
 
 
 def store_curve(settings: PropertyGroup, curve: "CostCurve") -> None:

@@ -151,7 +151,7 @@ class SPECTRAL_OT_sweep_keyframe(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         found = editing.rows(context.scene)
         words = [word for word in self.rows.replace(",", " ").split() if word]
-        if not words or not all(word.isdigit() and 1 <= int(word) <= len(found) for word in words):
+        if not words or not all(word.isdecimal() and 1 <= int(word) <= len(found) for word in words):
             raise InvalidInputError(f"{self.rows!r} are no rows of the table; expected numbers from 1 to {len(found)}")
         last = keyframe_path(context.scene, [found[int(word) - 1] for word in words], self.step)
         self.report({"INFO"}, f"{len(words)} points keyframed up to frame {last}")

@@ -7,6 +7,7 @@ union of all knots, so that a line of 0.01 nm counts in full at any wavelength; 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -152,7 +153,9 @@ def normalized(light: Illuminant, viewer: Observer | None = None, luminance: flo
     if not isinstance(light, Spectrum):
         raise InvalidInputError(f"the light is {light!r:.40}; expected a spectrum, such as catalogue.illuminant('D65')")
     luminance = require_range("luminance", luminance, 0.0, 1e30)
-    total = float((xyz_from_spectrum(light.grid, viewer) @ light.values)[1])
+    # Summed exactly: the last digits of a product of matrices depend on the processor, and on where arrays lie. Files
+    # and hashes of palettes name lights by their luminance, and compare them to the last digit.
+    total = math.fsum((xyz_from_spectrum(light.grid, viewer)[1] * light.values).tolist())
     if total <= 0:
         raise InvalidInputError(
             f"illuminant {light.name!r} on {light.grid} has no luminance (Y = {total:g}), so it cannot be normalized; "

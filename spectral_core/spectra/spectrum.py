@@ -7,6 +7,7 @@ outside of them zero, exactly as the renderer reads it, so that the designed spe
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, Self, TypeVar
@@ -248,12 +249,12 @@ SpectrumType = TypeVar("SpectrumType", bound=Spectrum)
 
 def told_apart(spectra: Sequence[SpectrumType]) -> list[SpectrumType]:
     """The spectra, with numbers added to equal names: a list with two channels of one name would be ambiguous."""
-    names = [spectrum.name for spectrum in spectra]
-    taken = {name for name in names if names.count(name) == 1}
+    counts = Counter(spectrum.name for spectrum in spectra)
+    taken = {name for name, count in counts.items() if count == 1}
     found: list[SpectrumType] = []
     for number, spectrum in enumerate(spectra, 1):
         tried, count = spectrum.name, number
-        while names.count(spectrum.name) > 1 and (tried == spectrum.name or tried in taken):
+        while counts[spectrum.name] > 1 and (tried == spectrum.name or tried in taken):
             tried, count = f"{spectrum.name} {count}", count + 1
         taken.add(tried)
         found.append(spectrum if tried == spectrum.name else replace(spectrum, name=tried))

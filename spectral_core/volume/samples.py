@@ -28,7 +28,7 @@ def sample_named(text: str, usual: int) -> tuple[str, int]:
     Raises InvalidInputError, UnknownNameError.
     """
     _, name, *size = text.split(":")
-    if len(size) > 1 or not all(word.isdigit() and 2 <= int(word) <= 1024 for word in size):
+    if len(size) > 1 or not all(word.isdecimal() and 2 <= int(word) <= 1024 for word in size):
         raise InvalidInputError(f"{text!r} names no sample; expected sample:NAME or sample:NAME:SIZE, size 2 to 1024")
     if name not in SAMPLES:
         raise UnknownNameError.among("sample volume", name, SAMPLES)

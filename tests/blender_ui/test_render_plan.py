@@ -69,6 +69,16 @@ def test_a_wrong_override_is_refused_and_dropped(blender, settings, effect, valu
     assert overrides_of(settings) == {}
 
 
+def test_a_decision_that_cannot_be_planned_anew_keeps_its_override(blender, settings):
+    """The override was gone, and the panel still named it."""
+    blender.ops.spectral.plan_override(effect="bounces", value="3")
+    blender.context.scene.camera = None
+    with pytest.raises(RuntimeError, match="camera"):
+        blender.ops.spectral.plan_release(effect="bounces")
+    assert overrides_of(settings) == {"bounces": "3"}
+    assert line(settings, "bounces").is_artists
+
+
 def test_settings_reach_the_translated_scene(blender, settings):
     from blender_addon.translate.scene import translate_scene
 

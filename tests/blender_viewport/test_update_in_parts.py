@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
@@ -16,8 +18,10 @@ MOST_REDRAWS = 60
 def slow(stage, monkeypatch):
     """A view whose updates have no time left after one new part."""
     from blender_addon.editing.viewport import session
+    from blender_addon.translate.viewport import kept
 
     monkeypatch.setattr(session, "UPDATE_S", -1.0)
+    monkeypatch.setattr(kept, "NEW_SHARE", 0.0)
     stage.redraws = []
     stage.session._redraw = lambda: stage.redraws.append(1)
     return stage
@@ -265,3 +269,28 @@ def test_an_edited_world_does_not_begin_a_walk_anew(slow):
     followed(slow, lambda: setattr(slow.scene.world, "color", (0.2, 0.3, 0.4)))
     settled(slow)
     assert differs(slow) == ([], [])
+
+
+def test_copies_that_take_long_to_list_are_not_read_one_by_one(stage, monkeypatch):
+    """Blender lists all copies of an object before it returns the first: 200,000 copies took as many redraws."""
+    from itertools import islice
+
+    from blender_addon.editing.viewport import session
+    from blender_addon.translate import objects
+
+    def listed(instances, first, last):
+        time.sleep(0.03)
+        return islice(instances, first, last)
+
+    monkeypatch.setattr(objects, "islice", listed)
+    monkeypatch.setattr(session, "UPDATE_S", 0.01)
+    stage.redraws = []
+    stage.session._redraw = lambda: stage.redraws.append(1)
+    ball = bpy.data.objects["Ball"]
+    for number in range(300):
+        copy = ball.copy()
+        copy.location = (2 * number, 9, 0)
+        bpy.context.collection.objects.link(copy)
+    followed(stage, lambda: None)
+    settled(stage)
+    assert differs(stage) == ([], [])

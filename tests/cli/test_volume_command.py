@@ -149,6 +149,7 @@ def test_the_error_of_a_two_dimensional_function_is_measured(capsys, tmp_path):
         (["sample:engine", "--transfer", "{wide}", "--azimuth", "inf"], "azimuth_deg is inf°; expected a value from"),
         (["sample:engin", "--transfer", "{wide}"], "did you mean 'engine'"),
         (["sample:engine:1e3", "--transfer", "{wide}"], "expected sample:NAME or sample:NAME:SIZE"),
+        (["sample:engine:²", "--transfer", "{wide}"], "expected sample:NAME or sample:NAME:SIZE"),
         (["{blob}", "--transfer", "wid"], "did you mean 'wide'"),
         (["{blob}", "--transfer", "{wide}", "--zoom", "0"], "zoom is 0.0; expected a value from"),
         (["{blob}", "--transfer", "{wide}", "--light", "D66"], "no illuminant is named 'D66'; did you mean 'D65'"),

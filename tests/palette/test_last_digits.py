@@ -93,7 +93,8 @@ def test_a_refined_side_is_the_optimum_of_its_rows(seed: int, linked: bool) -> N
     x = quadratic.joined(better.colors, better.values)
     assert quadratic.objective(x) <= best.cost * (1 + 1e-9) + 1e-18
     assert np.all((x >= quadratic.lower) & (x <= quadratic.upper))
-    assert quadratic.objective(x) <= quadratic.objective(quadratic.joined(answer.colors, answer.values))
+    before = quadratic.objective(quadratic.joined(answer.colors, answer.values))
+    assert quadratic.objective(x) <= before * (1 + 1e-12)  # the same point may have another last digit
     assert better.check.passed
 
 

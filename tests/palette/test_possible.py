@@ -213,7 +213,7 @@ def test_bounds_of_reflectances_are_those_of_the_palette(bounds) -> None:
         nearest = found.nearest(wanted)
         exact = COLORS[0] + 0.15
         assert nearest.reachable == (nearest_by_a_general_solver(wanted, MATRICES[0], exact, exact, limits) < 1e-6)
-        assert nearest.reflectance.min() >= bounds[0] and nearest.reflectance.max() <= bounds[1]
+        assert nearest.reflectance.min() >= bounds[0] - 1e-12 and nearest.reflectance.max() <= bounds[1] + 1e-12
         solved = solve_palette(asked.with_cell((0, 1), Cell.fixed(wanted, exact=True)), explain=False)
         assert nearest.reachable == solved.status.usable
     assert found.section(50.0, 5).all() == np.isinf(bounds[0])

@@ -189,3 +189,33 @@ def test_an_interpreter_of_this_version_is_found(monkeypatch):
     monkeypatch.setattr(sys, "executable", "/usr/bin/env")  # as inside Blender, whose executable is no Python
     assert "python" in Path(find_python()).name
     find_python.cache_clear()
+
+
+def test_a_stop_that_comes_while_the_last_render_is_cleaned_up_counts(monkeypatch):
+    """It was forgotten when its render began, and the session ended the process with all that it had compiled."""
+    from spectral_core.render.process import worker
+
+    heard, seen = [], []
+
+    def collect():
+        if len(seen) == 1:
+            heard[0](("render", ("second", {})))
+            heard[0](("stop", None))
+
+    def answer(_tell, scene, _options, stop):
+        seen.append((scene, stop.is_set()))
+        if len(seen) == 2:
+            raise EOFError
+
+    def begin(hear):
+        heard.append(hear)
+        hear(("render", ("first", {})))
+        return lambda _message: None
+
+    monkeypatch.setattr(worker.serving, "begin", begin)
+    monkeypatch.setattr(worker.gc, "collect", collect)
+    monkeypatch.setattr(worker.gc, "freeze", lambda: None)
+    monkeypatch.setattr(worker, "_answer", answer)
+    with pytest.raises(EOFError):
+        worker.main()
+    assert seen == [("first", False), ("second", True)]

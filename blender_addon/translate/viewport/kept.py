@@ -41,6 +41,10 @@ meshes.
 
 OF_OBJECTS = ("instance", "light", "displaced", "medium")
 """First words of the types of parts that are made from an object, which are of no use without it."""
+NEW_SHARE = 1.0
+"""Least time for new parts, relative to the time that a translation has taken to reach the first of them. Blender lists
+all copies of an object before it returns the first one: for 200,000 copies that alone takes longer than the limit.
+"""
 
 
 class Unfinished(Exception):
@@ -95,19 +99,25 @@ class Kept:
     """By the key of a part the questions that it has asked, with their answers; see ``answers``."""
     _settled_parts: int = 0
     """Number of parts after they were last freed."""
+    _begin: float = float("-inf")
     _end: float = float("inf")
     _has_progress: bool = False
 
     def limit(self, seconds: float) -> None:
         """Limit the next translation: it raises ``Unfinished`` before a part that would begin later than this.
 
-        At least one new part is made and kept before that, so that repeated translations come to an end.
+        At least one new part is made and kept before that, so that repeated translations come to an end, and new parts
+        have as much time as was needed to reach the first of them.
         """
-        self._end, self._has_progress = time.monotonic() + seconds, False
+        self._begin, self._has_progress = time.monotonic(), False
+        self._end = self._begin + seconds
 
     def spend(self) -> None:
         """Called before each new part. Raises Unfinished after the time limit."""
-        if self._has_progress and time.monotonic() > self._end:
+        now = time.monotonic()
+        if not self._has_progress:
+            self._end = max(self._end, now + NEW_SHARE * (now - self._begin))
+        elif now > self._end:
             raise Unfinished
 
     def passed(self) -> None:

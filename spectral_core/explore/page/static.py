@@ -238,4 +238,5 @@ def _plotted(columns: Mapping[str, Sequence[Any]], name: str) -> tuple[Any, list
     if column.dtype.kind != "U":
         return column, []
     texts = sorted({*column} - {""})
-    return np.array([texts.index(text) if text else np.nan for text in column], float), [str(text) for text in texts]
+    place = {text: number for number, text in enumerate(texts)}
+    return np.array([place.get(text, np.nan) for text in column], float), [str(text) for text in texts]

@@ -122,10 +122,13 @@ class PaletteState:
         surfaces = tuple(values.get(k, each) for k, each in enumerate(self.reflectances))
         return PaletteState(self.kernel, self.given, self.lights, surfaces, self.light_scale, self.record)
 
-    def brightened(self, factor: float) -> PaletteState:
-        """All lights times ``factor``."""
+    def brightened_to(self, light_scale: float) -> PaletteState:
+        """The state with all lights ``light_scale`` times as bright as the given ones."""
+        if light_scale == self.light_scale:
+            return self
+        factor = light_scale / self.light_scale
         lights = tuple(None if values is None else values * factor for values in self.lights)
-        return replace(self, lights=lights, light_scale=self.light_scale * factor)
+        return replace(self, lights=lights, light_scale=light_scale)
 
 
 def _choice(known: Array, variant: int | None) -> int:
@@ -165,8 +168,8 @@ def initial_state(problem: PaletteProblem, warm: PaletteState | None = None) -> 
     state = PaletteState(kernel, given_of(problem, kernel), tuple(lights), tuple(reflectances))
     if warm is None or not _same_shape(state, warm):
         return state
-    if not problem.scale_lights and warm.light_scale != 1.0:
-        warm = warm.brightened(1.0 / warm.light_scale)
+    if not problem.scale_lights:
+        warm = warm.brightened_to(1.0)
     return replace(state, lights=warm.lights, reflectances=warm.reflectances, light_scale=warm.light_scale)
 
 

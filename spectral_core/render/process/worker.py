@@ -26,17 +26,17 @@ def main() -> None:
     stop = threading.Event()
 
     def hear(message: tuple[str, Any]) -> None:
-        """Pass requests on, and recognize "stop" during a render."""
+        """Pass requests on, and recognize "stop" during a render, or before it: the end of the last one takes time."""
         if message[0] == "stop":
             stop.set()
         else:
+            stop.clear()
             requests.put(message)
 
     tell = serving.begin(hear)
     is_loaded = False
     while True:
         kind, content = requests.get()
-        stop.clear()
         if kind == "call":
             _answer_with(tell, partial(call, *content))
         else:

@@ -90,7 +90,7 @@ def _read_folder(tifffile: Any, folder: Path, request: ReadRequest) -> ScalarVol
 
 def _by_number(file: Path) -> list[Any]:
     """``slice2`` before ``slice10``."""
-    return [int(word) if word.isdigit() else word.lower() for word in re.split(r"(\d+)", file.name)]
+    return [int(word) if word.isdecimal() else word.lower() for word in re.split(r"(\d+)", file.name)]
 
 
 def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray[Any], NDArray[np.float64]]:
