@@ -33,6 +33,8 @@ def edited(properties: bpy.types.PropertyGroup) -> None:
     """Handle a change of the palette: solve again if it is live, else mark its result as outdated."""
     palette = properties.id_data.spectral.palette
     palette.is_stale = True
+    if not (palette.live and palette.possible_follows) or bpy.app.background:  # else it follows the finished solution
+        possible.changed(palette.id_data)
     if palette.live and compat.is_editable(palette.id_data):
         LIVE.request(palette.id_data)
 
