@@ -68,6 +68,10 @@ class Deferred:
             bpy.app.timers.register(self._timer, first_interval=self._delay)
         self._edited.add(scene.session_uid)
 
+    def is_pending(self, scene: bpy.types.Scene) -> bool:
+        """True if an edit of ``scene`` waits to be handled."""
+        return scene.session_uid in self._edited
+
     def tick(self) -> float | None:
         """Handle pending edits first; after a pause, finish their scenes. Blender's timer calls this."""
         if bpy.app.is_job_running("RENDER"):

@@ -50,9 +50,19 @@ class SPECTRAL_OT_palette_export(bpy.types.Operator, ExportHelper):
     def execute(self, context: Context) -> None:
         from spectral_core.palette.files import write_palette
 
-        write_palette(
-            chosen_path(self.filepath), palette_problem(palette_shown(context)), comment=f"Scene {context.scene.name}"
-        )
+        palette = palette_shown(context)
+        write_palette(chosen_path(self.filepath), palette_problem(palette), comment=f"Scene {context.scene.name}")
+        _tell_left_out(self, "palette files", [*_dyes(palette), *(["Match as Tints"] if palette.use_tints else [])])
+
+
+def _dyes(palette: PropertyGroup) -> list[str]:
+    dyed = [material.name for material in palette.materials if len(material.dyes)]
+    return [f"the fluorescent dyes of {', '.join(dyed)}"] if dyed else []
+
+
+def _tell_left_out(operator: Operator, files: str, left: list[str]) -> None:
+    if left:
+        operator.report({"WARNING"}, f"{files} cannot hold {' and '.join(left)}; what was written is without them")
 
 
 FORMATS = [
@@ -98,10 +108,11 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
         path = path.with_name(f"{stem}.{self.file_format}")
         if self.file_format == "csv":
             write_spectra(path, spectra)
-            return
-        for spectrum, name in zip(spectra, file_words([spectrum.name for spectrum in spectra]), strict=True):
-            write_spectra(path.with_name(f"{stem}_{name}{path.suffix}"), [spectrum])
-        self.report({"INFO"}, f"{len(spectra)} files written beside {path.name}")
+        else:
+            for spectrum, name in zip(spectra, file_words([spectrum.name for spectrum in spectra]), strict=True):
+                write_spectra(path.with_name(f"{stem}_{name}{path.suffix}"), [spectrum])
+            self.report({"INFO"}, f"{len(spectra)} files written beside {path.name}")
+        _tell_left_out(self, "files of spectra", _dyes(palette))
 
 
 class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):

@@ -10,7 +10,7 @@ from bpy.types import Context, PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteSolution
 
-from ..editing.palette import live, picture
+from ..editing.palette import live, picture, possible
 from ..editing.palette import solve as palette_solve
 from ..translate.palette import load as palette_load
 from ..translate.palette import table
@@ -50,6 +50,7 @@ class Solving(Waiting):
 
     def end(self, scene: Scene, answer: PaletteSolution | str) -> None:
         solution = None if self._solve is None else palette_solve.keep(scene, self._solve, answer)
+        possible.changed(scene)
         live.show()
         if solution is None:
             self.unsolved(scene.spectral.palette.message or "the table has changed since; press Solve again")

@@ -173,6 +173,7 @@ class SpectralPaletteMaterial(bpy.types.PropertyGroup):
     name: StringProperty(
         name="Name", update=announces(Topic.PALETTE_NAME), description="Name of this material; each has its own"
     )
+    known_as: StringProperty(description="Its name before the last change, by which messages may know it")
     uid: IntProperty()
     design: EnumProperty(
         name="Spectrum", items=DESIGN, default="DESIGNED", update=edited, description="Given, or found by the palette"
@@ -211,11 +212,9 @@ class SpectralPalette(bpy.types.PropertyGroup):
     active_column: IntProperty(name="Light", min=0, description="Column of the selected cell")
 
     live: BoolProperty(
-        name="Live",
-        default=True,
-        update=announces(Topic.PALETTE_LIVE),
+        name="Live", default=True, update=announces(Topic.PALETTE_LIVE),
         description="Solve again at every change of a target, weight or light",
-    )
+    )  # fmt: skip
     in_viewport: BoolProperty(
         name="Show in Viewport", default=True, update=announces(Topic.PALETTE_PICTURE),
         description="Show the solution in Rendered viewports and in the picture of the light dial while "

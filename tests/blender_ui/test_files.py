@@ -42,6 +42,24 @@ def test_a_palette_is_exported_and_imported(blender, palette, tmp_path, ending):
     assert palette.status == "solved"
 
 
+def test_what_a_file_cannot_hold_is_named(blender, palette, tmp_path, capfd):
+    """Dyes and tints were lost in the file without a word."""
+    files = {"palette_export": str(tmp_path / "dyed.toml"), "spectra_export": str(tmp_path / "dyed")}
+    for name, path in files.items():
+        getattr(blender.ops.spectral, name)(filepath=path)
+    assert "cannot hold" not in capfd.readouterr().out
+    palette.live = False
+    palette.grid_start = 380.0
+    palette.use_tints = True
+    blender.ops.spectral.palette_export(filepath=files["palette_export"])
+    assert "palette files cannot hold Match as Tints;" in capfd.readouterr().out
+    palette.use_tints = False
+    palette.materials[2].dyes.add()
+    for name, path in files.items():
+        getattr(blender.ops.spectral, name)(filepath=path)
+        assert "cannot hold the fluorescent dyes of Paint 3;" in capfd.readouterr().out
+
+
 def test_a_file_that_is_no_palette_leaves_the_table_unchanged(blender, palette, tmp_path):
     file = tmp_path / "wrong.toml"
     file.write_text("lights = 3\n")

@@ -93,6 +93,7 @@ def test_an_alternative_says_how_many_materials_it_does_not_show(large):
 
     palette, context = large
     answer = palette.alternatives.add()
+    answer.asked = ":" + ",".join(str(entry.uid) for entry in (*palette.lights, *palette.materials))
     answer.colors = json.dumps([[(0.5, 0.5, 0.5)]] * 40)
     layout = Texts()
     draw_alternatives(layout, context)

@@ -87,7 +87,7 @@ NO_INPUT = {
     **because(SELECTED, "SpectralPalette.active_row SpectralPalette.active_column SpectralLightDial.active "
                "SpectralMixingBoard.active SpectralSweep.active SpectralVolume.active"),
     **because(KNOWN_NAME, "SpectralPaletteLight.light_name SpectralPaletteLight.world_name "
-               "SpectralPaletteLight.known_as SpectralPaletteMaterial.material_name"),
+               "SpectralPaletteLight.known_as SpectralPaletteMaterial.known_as SpectralPaletteMaterial.material_name"),
     **because(CONTENT, """
         SpectralScene.* SpectralPalette.lights SpectralPalette.materials SpectralPaletteMaterial.cells
         SpectralPaletteMaterial.dyes SpectralPaletteMaterial.spectral SpectralPaletteLight.spectral

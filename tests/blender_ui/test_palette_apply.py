@@ -124,6 +124,15 @@ def test_deleted_and_renamed_data_blocks_are_reported_and_corrected(blender, sce
     assert column.light is None
 
 
+def test_a_renamed_light_of_a_deleted_object_is_unused(blender, scene, capfd):
+    """It was called renamed, and Apply reported its spectrum without a warning."""
+    column = scene.spectral.palette.lights[0]
+    column.light.name = "Old Sun"
+    blender.data.objects.remove(blender.data.objects["Sun"])
+    blender.ops.spectral.palette_apply()
+    assert "nothing in the scene uses light 'Old Sun'" in "".join(capfd.readouterr())
+
+
 def test_a_row_follows_the_new_name_of_its_material(blender, scene):
     palette = scene.spectral.palette
     palette.materials[0].name = "Mark"

@@ -171,3 +171,30 @@ def test_the_table_is_read_again_only_for_a_later_answer(window, monkeypatch, is
     arrive(window)
     assert len(count) == reads
     assert not window.palette.is_stale
+
+
+@pytest.mark.parametrize("how", ["opened", "copied"])
+def test_a_table_that_was_saved_or_copied_before_its_solution_is_solved(window, monkeypatch, tmp_path, how):
+    """It stated "Solving …" until the next edit, and Apply was not offered."""
+    import bpy
+
+    live = window.live
+    asked = []
+    monkeypatch.setattr(live.LIVE, "request", asked.append)
+    window.palette.materials[0].cells[0].target = (0.2, 0.5, 0.3)
+    window.live._follow(window.scene)
+    asked.clear()
+    monkeypatch.setattr(live, "bpy", SimpleNamespace(app=SimpleNamespace(background=False), data=bpy.data))
+    if how == "opened":
+        path = str(tmp_path / "stale.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+    else:
+        bpy.ops.scene.new(type="FULL_COPY")
+        arrive(window)
+    scene = bpy.context.scene
+    assert scene.spectral.palette.is_stale and asked and set(asked) == {scene}
+    asked.clear()
+    scene.spectral.palette.message = "the table is empty"
+    live._resume(scene)
+    assert not asked, "a table that cannot be solved is not solved again and again"

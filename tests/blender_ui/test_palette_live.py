@@ -96,6 +96,8 @@ def test_worst_case_and_distinct_need_the_button(blender, palette):
     assert palette.message == ""
     palette.materials[0].cells[1].mode = "DISTINCT"
     assert palette.message.startswith("This table takes some seconds")
+    palette.grid_start, palette.grid_stop = 720.0, 700.0  # Solve would not be the remedy
+    assert palette.message == "the wavelengths are from 720 to 700 nm; the second must be larger"
 
 
 def test_undo_restores_cell_and_result_together(blender, palette):

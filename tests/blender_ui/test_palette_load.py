@@ -161,8 +161,8 @@ def test_a_light_keeps_the_luminance_that_is_required_of_it(palette):
 def test_another_palette_forgets_the_answers_of_the_one_before(blender, palette):
     blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
     blender.ops.spectral.palette_alternatives()
-    blender.ops.spectral.palette_possible()
     palette.use_tints = True
+    blender.ops.spectral.palette_possible()
     assert len(palette.alternatives)
     assert palette.possible.words
     store_problem(palette, presets.metamer_pair())
@@ -225,9 +225,10 @@ def test_the_light_level_is_that_of_the_first_light_and_sources_are_kept(palette
         ({"use_tints": True}, True),
         ({"robustness": "worst_case"}, False),
         ({"robustness": "worst_case", "observers": {"cie_1931_2deg", "cie_2015_2deg"}}, True),
+        ({"robustness": "worst_case", "observers": {"cie_2015_2deg"}}, True),  # the standard one counts, too
         ({"observers": {"cie_1931_2deg", "cie_2015_2deg"}}, False),
     ],
-    ids=["plain", "tints", "worst case", "worst case of two observers", "two observers"],
+    ids=["plain", "tints", "worst case", "worst case of two observers", "worst case of another", "two observers"],
 )
 def test_a_table_that_takes_seconds_is_not_solved_while_a_slider_is_dragged(palette, changed, expected):
     store_problem(palette, presets.hidden_mark())
@@ -248,3 +249,6 @@ def test_distinct_cells_dyes_and_the_variants_of_lights_take_seconds(palette):
             cell.mode = "IGNORE"
     palette.observers = {"cie_1931_2deg"}
     assert takes_seconds(palette)
+    for light in palette.lights:
+        light.design = "DESIGNED"  # has no variants, and shows none
+    assert not takes_seconds(palette)

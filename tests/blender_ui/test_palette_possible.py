@@ -169,3 +169,39 @@ class Timers:
     def is_registered(self, _timer: object) -> bool:
         """No timer is registered."""
         return False
+
+
+@pytest.mark.parametrize("edit", ["target", "lamp", "solve", "ignore", "alternative"])
+def test_no_answer_of_an_earlier_table_stays(blender, palette, edit) -> None:
+    """Without Keep Answering the panel kept it, and Take Nearest made its color the target."""
+    palette.possible_follows = False
+    cell = selected(palette, 0, 1)
+    cell.mode, cell.target = "FIXED", (0.0, 1.0, 0.0)
+    blender.ops.spectral.palette_alternatives()
+    blender.ops.spectral.palette_possible()
+    assert palette.possible.words
+    if edit == "target":
+        cell.target = (0.5, 0.5, 0.1)
+    elif edit == "lamp":
+        palette.lights[1].spectral.catalogue_name = "A"
+    elif edit == "solve":
+        blender.ops.spectral.palette_solve()
+    elif edit == "ignore":
+        blender.ops.spectral.palette_relieve(row=0, column=0)
+    else:
+        blender.ops.spectral.palette_alternative_take(index=0)
+    assert not palette.possible.words
+    with pytest.raises(RuntimeError, match="press Possible"):
+        blender.ops.spectral.palette_take_nearest()
+
+
+def test_an_edit_is_answered_also_where_the_table_is_not_live(blender, palette, monkeypatch) -> None:
+    from blender_addon.editing.palette import possible
+
+    asked = []
+    monkeypatch.setattr(possible, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+    monkeypatch.setattr(live, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+    monkeypatch.setattr(possible, "follow", asked.append)
+    palette.live = False
+    palette.materials[0].cells[1].target = (0.5, 0.5, 0.1)
+    assert asked == [blender.context.scene]

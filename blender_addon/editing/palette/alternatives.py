@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from bpy.types import Scene
+from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.alternatives import Alternative, alternatives
@@ -48,10 +48,24 @@ def search(scene: Scene, seed: int = 0) -> Callable[[], Found]:
                 raise InvalidInputError(f"{material.name!r} is locked but was never solved; solve the palette first")
             locked[row] = Reflectance(material.name, kept.grid, kept.values)
     uids = [entry.uid if entry.design == "DESIGNED" else None for entry in (*palette.lights, *palette.materials)]
-    asked = fingerprint(problem)
+    asked = _asked(palette)
     return lambda: [
         {"asked": asked, **_told(each, uids)} for each in alternatives(problem, count=count, locked=locked, seed=seed)
     ]
+
+
+def _asked(palette: PropertyGroup) -> str:
+    """Requests of the table, and its rows and columns in their order: two rows may have the same requests."""
+    return f"{fingerprint(palette_problem(palette))}:{_order(palette)}"
+
+
+def _order(palette: PropertyGroup) -> str:
+    return ",".join(str(entry.uid) for entry in (*palette.lights, *palette.materials))
+
+
+def is_of_other_rows(palette: PropertyGroup, answer: PropertyGroup) -> bool:
+    """True if rows or columns were added, removed or moved since an answer was found."""
+    return answer.asked.rpartition(":")[2] != _order(palette)
 
 
 def _told(found: Alternative, uids: list[int | None]) -> dict[str, Any]:
@@ -69,6 +83,9 @@ def _told(found: Alternative, uids: list[int | None]) -> dict[str, Any]:
         "wanted": np.nan_to_num(solution.target_linear_rgb, nan=NO_REQUEST).tolist(),
         "delta_e": np.nan_to_num(solution.delta_e_2000, nan=NO_REQUEST).tolist(),
         "light_scale": solution.light_scale,
+        "status": str(solution.status),
+        "remedy": solution.remedy,
+        "notes": "\n".join(solution.notes),
         "amounts": [() if each is None else each.tolist() for each in solution.amounts],
     }
     colors = [[linear_rgb_from_product(light, item.grid) @ item.values for light in found.seen_under] for item in items]
@@ -103,7 +120,7 @@ def take(scene: Scene, index: int) -> None:
             f"there is no alternative {index}; there are {len(palette.alternatives)}, counted from 0"
         )
     answer = palette.alternatives[index]
-    if answer.asked != fingerprint(palette_problem(palette)):
+    if answer.asked != _asked(palette):
         raise InvalidInputError("the table has changed since this answer was found; press Find Alternatives again")
     spectra, cells = json.loads(answer.spectra), json.loads(answer.cells)
     actual, wanted, errors = (np.array(cells[name]) for name in ("actual", "wanted", "delta_e"))
@@ -120,6 +137,9 @@ def take(scene: Scene, index: int) -> None:
         store_cells(palette, actual, np.where(asked[..., None], wanted, np.nan), np.where(asked, errors, np.nan))
         palette.worst_delta_e = errors[asked].max(initial=0.0)
         palette.light_scale = cells["light_scale"]
+        palette.status, palette.remedy, palette.notes = (cells[name] for name in ("status", "remedy", "notes"))
+        palette.conflicts.clear()
+        palette.milliseconds = 0.0
         palette.is_alternative, palette.is_stale, palette.message = True, False, ""
     forget_solutions()
     picture.follow(scene)

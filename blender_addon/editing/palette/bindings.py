@@ -60,12 +60,12 @@ def faults(palette: PropertyGroup) -> list[Fault]:
         elif not compat.is_editable(block):
             text = f"{entry.name}: {pointer} {block.name!r} is linked from another file"
             found.append(Fault(entry, pointer, "linked", text))
+        elif _is_unused(palette, block):  # also one that was renamed before
+            text = f"{entry.name}: nothing in the scene uses {pointer} {block.name!r}"
+            found.append(Fault(entry, pointer, "unused", text))
         elif known and block.name != known:
             text = f"{entry.name}: {pointer} {known!r} is now named {block.name!r}"
             found.append(Fault(entry, pointer, "renamed", text))
-        elif _is_unused(palette, block):
-            text = f"{entry.name}: nothing in the scene uses {pointer} {block.name!r}"
-            found.append(Fault(entry, pointer, "unused", text))
     return found
 
 

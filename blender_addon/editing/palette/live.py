@@ -33,6 +33,8 @@ def edited(properties: bpy.types.PropertyGroup) -> None:
     """Handle a change of the palette: solve again if it is live, else mark its result as outdated."""
     palette = properties.id_data.spectral.palette
     palette.is_stale = True
+    if not (palette.live and palette.possible_follows) or bpy.app.background:  # else it follows the finished solution
+        possible.changed(palette.id_data)
     if palette.live and compat.is_editable(palette.id_data):
         LIVE.request(palette.id_data)
 
@@ -72,6 +74,9 @@ def _solve(solver: Behind, scene: bpy.types.Scene, solve: Solve | None, then: Ca
         show()
         if kept is not None:
             then()
+        for each in bpy.data.scenes:  # Blender reports no copy of a scene, which may have been made meanwhile
+            if each != scene:
+                _resume(each)
 
     if solve is None:
         show()
@@ -128,12 +133,26 @@ def _before_update(scene: bpy.types.Scene, *_: object) -> None:
         LIVE.flush(scene)
 
 
+def _resume(scene: bpy.types.Scene) -> None:
+    """Solve a table of which nobody else does: that of a file or scene that was saved or copied before its solution.
+
+    Without a window it waits: Apply solves it, and a command that renders does not need it.
+    """
+    palette = scene.spectral.palette
+    if bpy.app.background or not (palette.live and palette.is_stale) or palette.message:
+        return
+    is_waiting = LIVE.is_pending(scene) or scene.session_uid in SOLVES.running
+    if not is_waiting and len(palette.lights) and len(palette.materials) and compat.is_editable(scene):
+        LIVE.request(scene)
+
+
 @bpy.app.handlers.persistent
 def _after_load(*_: object) -> None:
     """A file was opened, perhaps one of an earlier version."""
     for scene in bpy.data.scenes:
         show_stored_colors(scene.spectral.palette)
         names.know(scene.spectral.palette)
+        _resume(scene)
 
 
 HANDLERS = {

@@ -20,6 +20,7 @@ from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear
 from spectral_core.spectra.spectrum import Illuminant
 
 from ...translate.palette.problem import palette_problem
+from ...translate.palette.table import active_cell
 from ...translate.spectra.stored import spectrum_of
 from ..behind import Behind
 from ..deferred import redraw
@@ -97,12 +98,20 @@ def keep(scene: Scene, known: Answer) -> PropertyGroup:
     return answer
 
 
+def changed(scene: Scene) -> None:
+    """The table is another one: answer for it, or show no answer rather than that of the table before."""
+    if bpy.app.background or not scene.spectral.palette.possible_follows:
+        scene.spectral.palette.possible.words = ""
+    else:
+        follow(scene)
+
+
 def follow(scene: Scene) -> None:
     """Answer for the selected cell on a thread, if the artist enabled that; the panel shows the answer when it is
     ready.
     """
     palette = scene.spectral.palette
-    if bpy.app.background or not palette.possible_follows or not (len(palette.materials) and len(palette.lights)):
+    if bpy.app.background or not palette.possible_follows or active_cell(palette) is None:
         return
     if ANSWERS.is_busy(scene, follow):
         return

@@ -78,8 +78,8 @@ def live_solve(scene: Scene) -> Solve | None:
     if not len(palette.lights) or not len(palette.materials):
         return None
     if takes_seconds(palette):
-        if palette.is_stale:  # Solve may have been pressed since the edit
-            palette.message = NEEDS_BUTTON
+        if palette.is_stale and _read(scene, lambda problem: Solve(problem, lambda: live_solution(uid, problem))):
+            palette.message = NEEDS_BUTTON  # unless Solve would only state what is wrong
         return None
     return _read(scene, lambda problem: Solve(problem, lambda: live_solution(uid, problem), finished=False))
 

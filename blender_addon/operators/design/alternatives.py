@@ -7,7 +7,7 @@ import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Scene
 
-from ...editing.palette import alternatives, live
+from ...editing.palette import alternatives, live, possible
 from ..common import UNDOABLE, Waiting, palette_in, reporting
 
 
@@ -43,6 +43,7 @@ class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         palette_in(context)  # refuses a linked scene
         alternatives.take(context.scene, self.index)
+        possible.changed(context.scene)
         live.show()
 
 

@@ -6,6 +6,7 @@ import json
 from bpy.types import Context, UILayout
 
 from ...drawing.icons import swatch_icon
+from ...editing.palette.alternatives import is_of_other_rows
 from ..parts import BUTTON_PIXELS, ICON_PIXELS, PANEL_PIXELS, names_in, width_of, wrapped
 
 MOST_SWATCHES = 12
@@ -32,6 +33,9 @@ def draw_alternatives(layout: UILayout, context: Context) -> None:
         hint = layout.column()
         hint.active = False
         wrapped(hint, context, "Solutions that meet the targets equally well, and differ elsewhere.")
+        return
+    if is_of_other_rows(palette, palette.alternatives[0]):
+        wrapped(layout, context, "The table has other rows or columns now: find alternatives again.", icon="INFO")
         return
     lamps = palette.alternatives[0].lamps
     room = NAMES_SHARE * (width_of(context) - PANEL_PIXELS) - BUTTON_PIXELS

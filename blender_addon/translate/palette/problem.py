@@ -9,7 +9,7 @@ from bpy.types import PropertyGroup
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, CellMode, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.spectra.color import linear_from_display_rgb
-from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.observer import STANDARD, normalized
 from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid, Spectrum
 
 from ...properties.palette_cell import BOXED, REFERRING
@@ -33,7 +33,8 @@ def palette_problem(palette: PropertyGroup) -> PaletteProblem:
 
 def takes_seconds(palette: PropertyGroup) -> bool:
     """True if this table needs a solver that is too slow for dragging a slider."""
-    several = len(palette.observers) > 1 or any(len(light.variants) for light in palette.lights)
+    lamps = any(len(light.variants) for light in palette.lights if light.design == "MEASURED")
+    several = lamps or bool(palette.observers - {STANDARD})  # the standard one always counts
     distinct = any(cell.mode == "DISTINCT" and cell.weight > 0 for _, cell in places(palette))
     paint = palette.use_tints or any(len(material.dyes) for material in palette.materials)
     return distinct or paint or (palette.robustness == "worst_case" and several)

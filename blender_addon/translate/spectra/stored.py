@@ -157,7 +157,7 @@ def write_samples(spectral: PropertyGroup, spectrum: Spectrum, *, is_absolute: b
     tag(spectral)
 
 
-def _in_single_precision(spectrum: Illuminant) -> np.ndarray:
+def _in_single_precision(spectrum: Spectrum) -> np.ndarray:
     """Values (n,) that single precision stores with all their digits: a light is relative, and may have any unit."""
     largest = float(np.abs(spectrum.values).max())
     is_out = largest > 0 and not SMALLEST_VALUE <= largest <= LARGEST_VALUE

@@ -33,6 +33,6 @@ def own_remedy(problem: PaletteProblem, cell: CellIndex) -> str:
     light = problem.lights[cell[1]]
     if not light.free:
         return (
-            f"the color may be out of reach under {light.name}; brighten or free that light, or choose another color."
+            f"the color may be out of reach under “{light.name}”; brighten or free that light, or choose another color."
         )
     return "the color may be out of reach; choose another one, or lower the smoothness."
