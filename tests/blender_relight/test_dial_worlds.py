@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds and materials that are no plain light: skies with a sun, overrides of view layers, node groups, shared worlds."""
+"""Worlds and materials that are no plain light: skies with a sun, overrides, node groups, shared worlds."""
 
 from __future__ import annotations
 
