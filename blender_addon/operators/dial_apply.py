@@ -13,7 +13,7 @@ from bpy.types import ID, Context, PropertyGroup
 from spectral_core.errors import InvalidInputError
 
 from ..editing.dial import changes, kept_mix, live
-from ..editing.dial.members import apply_weights, block_of, light_dark_lamps, require_writable
+from ..editing.dial.dimming import apply_weights, block_of, light_dark_lamps, require_writable
 from ..editing.dial.names import name_of
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting

@@ -19,7 +19,7 @@ from ..editing.deferred import open_scene
 from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, color_bulbs, store_members
-from ..editing.dial.names import match_bulbs
+from ..editing.dial.names import dark_bulbs_besides, match_bulbs
 from ..editing.dial.paths import follow_recording, is_temporary, path_for_recording, require_ending, transport_path
 from ..editing.dial.recording import Recording, remember_recorded, told
 from ..editing.dial.view_process import TableAhead
@@ -45,8 +45,7 @@ def _record(recording: Recording) -> _Recorded:
     """Render, and write the file. A recording that could not be written is kept: it may have taken hours."""
     from spectral_core.render.relight.transport_file import write_transport
 
-    transport = recording.run()
-    path, unsaved = recording.path, None
+    transport, path, unsaved = recording.run(), recording.path, None
     try:
         make_folder(path.parent)
         write_transport(path, transport, only_over_transports=True)  # the path may come from a downloaded .blend
@@ -56,13 +55,13 @@ def _record(recording: Recording) -> _Recorded:
 
 
 def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
-    """Create the bulbs, and keep the transport in memory; returns a note for the artist.
+    """Create the bulbs, where existing ones stay in place, and keep the transport in memory; returns a note.
 
-    Existing bulbs keep their coordinates. Raises FileWriteError for a recording without a file, which Save Transport
-    can write.
+    Raises FileWriteError for a recording without a file, which Save Transport can write.
     """
     dial = scene.spectral.dial
     kept_mix.remember(scene, recorded.mix)  # first: whatever fails later, the recording may have taken hours
+    dark = dark_bulbs_besides(dial.bulbs, recorded.mix.transport.groups)
     gone = _take(scene, recorded.mix.transport, recording.members)
     remember_recorded(scene, recording)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
@@ -70,6 +69,8 @@ def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
     if recorded.unsaved is not None:
         raise FileWriteError(f"{recorded.unsaved}. The recording is in memory: write it elsewhere with Save Transport")
     notes = [f"of {gone} of its lights the objects were deleted meanwhile, so Apply cannot dim them"] if gone else []
+    lost = f"lights that Apply made dark have no bulb now ({dark}): to keep them undo, Restore, and record"
+    notes += [lost] if dark else []
     follow_recording(scene, recorded.path)
     if is_temporary(dial):
         notes.append("it is in a temporary folder, so save the .blend, or keep it with Save Transport")

@@ -124,7 +124,7 @@ def _draw_recording(layout: UILayout, context: Context, dial: PropertyGroup) -> 
     hint.active = False
     scene = context.scene
     film = translate_film(scene, scene.spectral.render.samples, 0)
-    stated = stated_peak(storage_of(dial), *film.size, group_count(scene, dial.one_per_light))
+    stated = stated_peak(storage_of(dial), *film.size, group_count(context.view_layer, dial.one_per_light))
     wrapped(hint, context, f"Keeps {stated}.", indent=60.0)
     row = box.row(align=True)
     row.scale_y = 1.3

@@ -90,6 +90,17 @@ def world_paints(world: World) -> list[Any]:
     return [*paints, medium_paint(world.medium)] if world.medium is not None and emits(world.medium) else paints
 
 
+def is_of_world(light: Light) -> bool:
+    """True for the sun of the world's sky."""
+    return isinstance(light, SunLight) and light.is_of_world
+
+
+def world_varies(scene: Scene) -> bool:
+    """True if the light of the world has several colors: a sky and its sun, or as ``has_several_colors`` says."""
+    has_sun = any(is_of_world(light) and shines(light) for light in scene.lights)
+    return has_sun or has_several_colors(scene.world)
+
+
 def has_several_colors(world: World) -> bool:
     """True if the environment, the camera's view of it and the world's medium emit several colors, none of them given
     as a spectrum.

@@ -156,10 +156,14 @@ class SpotLight(_Light):
 @read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class SunLight(_Light):
-    """``irradiance`` on a surface that faces it (Blender's strength), from a disk of ``angle_rad`` full angle."""
+    """``irradiance`` on a surface that faces it (Blender's strength), from a disk of ``angle_rad`` full angle.
+
+    ``is_of_world``: True for the disk of the sun in the world's sky, whose light is a part of the world's.
+    """
 
     irradiance: float = 1.0
     angle_rad: float = 0.00918
+    is_of_world: bool = False
 
 
 @read_only_when_copied

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import require_range
 from spectral_core.scene.geometry import Instance
 from spectral_core.scene.leaves import map_leaves
-from spectral_core.scene.lights import Light, World
+from spectral_core.scene.lights import Light, SunLight, World
 from spectral_core.scene.motion import following
 from spectral_core.scene.paint import Color
 from spectral_core.scene.scene import Scene
@@ -37,8 +37,7 @@ class Look:
 
     ``lamps``: names of the only visible lights, whose copies (``Lamp #2``) are visible, too; None for all.
     ``other_lamps``: names of lights that are none of these, even if they look like the name of a copy.
-    ``with_world``: True to keep the world's light; ``world_name``: its name, by which its suns are known
-    (``World sun 1``).
+    ``with_world``: True to keep the world's light, that of the suns in its sky included.
     ``group``: the only visible light group, None for all. ``spectrum``: spectrum of all emission, None for the
     scene's own; tinted lamps and images keep their tint. ``exposure_stops``: brightness of the picture. ``adapts``:
     True if the observer is adapted to ``spectrum``, so that white surfaces look white under it.
@@ -50,7 +49,6 @@ class Look:
     exposure_stops: float = 0.0
     adapts: bool = False
     with_world: bool = False
-    world_name: str = ""
     other_lamps: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
@@ -88,10 +86,9 @@ class Look:
         assert self.lamps is not None
         if light.name in self.lamps or light.name in self.other_lamps:
             return light.name in self.lamps
-        name = _COPY.sub("", light.name)
-        if name in self.lamps:
-            return True
-        return self.with_world and re.fullmatch(rf"{re.escape(self.world_name)} sun \d+", name) is not None
+        if isinstance(light, SunLight) and light.is_of_world:
+            return self.with_world
+        return _COPY.sub("", light.name) in self.lamps
 
 
 def _alone(scene: Scene, shines: Any, *, world: bool, emits: Any) -> Scene:

@@ -120,3 +120,20 @@ def test_a_linked_number_is_not_taken_for_the_local_one_of_its_name(stage, tmp_p
     assert path.endswith(f'"{bpy.data.libraries[0].filepath}"].energy')
     with pytest.raises(Exception, match="this file has no lights named 'Key', linked from //other.blend"):
         number_at('bpy.data.lights["Key", "//other.blend"].energy')
+
+
+def test_a_range_that_blender_refuses_is_reported_and_other_faders_work(stage, running):
+    from spectral_core.explore.board import Control
+
+    board = stage.spectral.board
+    for control, target, high in (
+        ("osc:0:/frame", 'bpy.data.scenes["Scene"].frame_current', 1e12),
+        ("osc:0:/key", 'bpy.data.lights["Key"].energy', 100.0),
+    ):
+        entry = board.bindings.add()
+        entry.name, entry.control, entry.low, entry.high = target, control, 0.0, high
+    for name in ("/frame", "/key"):
+        running.board.receive(Control("osc", 0, name), 0.5, 1.0)
+    bpy.ops.spectral.board_poll()
+    assert "'frame_current' cannot be set to 5e+11" in board.status
+    assert bpy.data.lights["Key"].energy == 50.0

@@ -172,3 +172,14 @@ def test_marks_in_the_name_are_the_number_of_the_frame(stage, dial, tmp_path, na
     (tmp_path / "new").mkdir()
     assert bpy.ops.spectral.dial_save(filepath=str(tmp_path / "new" / name), animation=True) == {"FINISHED"}
     assert sorted(each.name for each in (tmp_path / "new").iterdir()) == files
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_lights_that_apply_made_dark_are_named_by_the_next_recording(stage, dial, capfd, dark):
+    dial.selector = dial.bulbs["Key"].place if dark else (0.3, 0.1)
+    bpy.ops.spectral.dial_apply()
+    capfd.readouterr()
+    bpy.ops.spectral.dial_record()
+    told = "lights that Apply made dark have no bulb now (Ball, Fill, World)"
+    assert (told in "".join(capfd.readouterr())) is dark
+    assert len(stage.spectral.dial.bulbs) == (1 if dark else 4)

@@ -135,9 +135,9 @@ def spectrum(scene: Any, _: pytest.MonkeyPatch) -> Any:
 
 def weights(scene: Any, _: pytest.MonkeyPatch) -> Any:
     """Shares and factors of the bulbs, and the groups, storage and file of a recording."""
-    dial = scene.spectral.dial
+    dial, layer = scene.spectral.dial, scene.view_layers[0]
     return (
-        np.round(shares_of(dial), 5), np.round(weights_of(dial), 5), group_count(scene, dial.one_per_light),
+        np.round(shares_of(dial), 5), np.round(weights_of(dial), 5), group_count(layer, dial.one_per_light),
         storage_name(storage_of(dial)), transport_path(dial).name,
     )  # fmt: skip
 

@@ -94,7 +94,8 @@ def test_lights_of_a_texture_are_given_to_both_lamps_or_to_none(linked, texture,
 
 
 def test_the_dial_does_not_dim_what_an_override_loses(linked) -> None:
-    from blender_addon.editing.dial.members import Member, apply_weights, store_members
+    from blender_addon.editing.dial.dimming import apply_weights
+    from blender_addon.editing.dial.members import Member, store_members
     from spectral_core.errors import InvalidInputError
 
     lamp = linked("Lamp", overridden=True)

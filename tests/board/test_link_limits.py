@@ -173,7 +173,7 @@ def text(word: str) -> bytes:
     [("f", struct.pack(">f", 0.75), 0.75), ("i", struct.pack(">i", -3), -3.0),
      ("h", struct.pack(">q", 1 << 40), 2.0**40),
      ("d", struct.pack(">d", 0.1), 0.1), ("fff", struct.pack(">fff", 0.25, 1, 2), 0.25), ("s", b"Key\0", None),
-     ("sf", b"Key\0" + struct.pack(">f", 0.5), None), ("T", b"", None), ("", b"", None)],
+     ("sf", b"Key\0" + struct.pack(">f", 0.5), 0.5), ("T", b"", None), ("", b"", None)],
 )  # fmt: skip
 def test_messages_of_every_type_and_length_are_read(
     address: str, kinds: str, body: bytes, expected: float | None

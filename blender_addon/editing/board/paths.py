@@ -38,9 +38,18 @@ class Number:
         return float(value if self.index is None else value[self.index])
 
     def write(self, value: float) -> None:
-        """Set it, like its slider; an integer is rounded."""
+        """Set it, like its slider; an integer is rounded. Raises InvalidInputError if Blender refuses the value."""
         whole = isinstance(self.element(), int)
         given: Any = round(value) if whole else value
+        try:
+            self._set(given)
+        except (ValueError, OverflowError, TypeError, AttributeError, RuntimeError) as error:
+            raise InvalidInputError(
+                f"{self.name!r} cannot be set to {value:g} ({error}); choose values that Blender accepts"
+            ) from error
+        self.tag()
+
+    def _set(self, given: Any) -> None:
         if self.index is not None:
             values = self.owner[self.name] if self.is_custom else getattr(self.owner, self.name)
             values[self.index] = given
@@ -48,7 +57,6 @@ class Number:
             self.owner[self.name] = given
         else:
             setattr(self.owner, self.name, given)
-        self.tag()
 
     def tag(self) -> None:
         """Notify Blender of a new value in a custom property, which it does not watch."""

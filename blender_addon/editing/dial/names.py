@@ -51,6 +51,11 @@ def name_of(bulb: PropertyGroup) -> str:
     return bulb.name or "ungrouped"
 
 
+def dark_bulbs_besides(bulbs: bpy_prop_collection, groups: Sequence[str]) -> str:
+    """Names of the bulbs that the dial made dark and that are none of the light groups, with commas; "" for none."""
+    return ", ".join(name for name in (name_of(bulb) for bulb in bulbs if bulb.is_dark) if name not in groups)
+
+
 def match_bulbs(bulbs: bpy_prop_collection, groups: Sequence[str]) -> bool:
     """One bulb for each group of a recording: those of the dial if they have these names now; True if they are new."""
     for bulb, name in [(bulb, name_of(bulb)) for bulb in bulbs if bulb.name]:

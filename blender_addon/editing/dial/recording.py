@@ -71,10 +71,11 @@ class Recording:
         dial = context.scene.spectral.dial
         names = {each.name for each in (*scene.lights, *scene.instances)}
         shown = [each for each in bpy.data.objects if each.name_full in names]
-        members = members_of(context.scene, shown, dial.one_per_light)
+        layers = translated_layers(context.scene)
+        layer = context.view_layer if layers is None else context.scene.view_layers.get(layers.name, context.view_layer)
+        members = members_of(layer, shown, dial.one_per_light)
         parts, view = parts or changes.read_parts(context.scene), view_transform_of(context.scene)
         before = _present(context.scene) if only_changed else None
-        layers = translated_layers(context.scene)
         left_out = "" if layers is None else layers.told
         earlier = {} if before is None else recorded_names(context.scene)
         return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, before, earlier, left_out)

@@ -23,7 +23,7 @@ from ...translate.spectra.stored import stored_samples, strength_of
 from ..deferred import Deferred
 from ..dial import kept_mix
 from ..dial import live as dial_live
-from ..dial.members import block_of
+from ..dial.dimming import block_of
 from ..dial.names import name_of
 from .bindings import bound
 

@@ -237,5 +237,6 @@ def _sun(reader: Reader, program: Program, image_id: int, name: str, own: dict[s
         irradiance=size * float(np.pi * np.sin(angle / 2) ** 2),
         angle_rad=angle,
         camera_visible=True,
+        is_of_world=True,
         **own,
     )

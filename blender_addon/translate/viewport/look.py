@@ -53,8 +53,7 @@ def _under_column(look: Look, name: str, scene: Any, world: Any) -> Look:
     lamps, others = _lamps_of(column, scene)
     with_world = column.world is not None and column.world == world
     shown = lamps if lamps or with_world else None
-    world_name = column.world.name if with_world else ""
-    look = replace(look, lamps=shown, other_lamps=others, with_world=with_world, world_name=world_name)
+    look = replace(look, lamps=shown, other_lamps=others, with_world=with_world)
     return replace(look, spectrum=_spectrum_of(column))
 
 

@@ -129,7 +129,8 @@ class Board:
             self.received += 1
             self._latest[control] = (inside, time)
             self._beyond.pop(control, None)
-            if abs(position - inside) > ROUNDING:
+            # of the others none is kept: a sender may have any number of addresses
+            if abs(position - inside) > ROUNDING and (control in self._faders or self._learning is not None):
                 self._beyond[control] = position
             if self._learning is not None:
                 self._learn_start.setdefault(control, inside)

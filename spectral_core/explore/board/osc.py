@@ -22,6 +22,8 @@ from spectral_core.explore.board.binding import Control
 
 _LAYOUTS = {"i": ">i", "f": ">f", "h": ">q", "d": ">d"}
 """Types of arguments that are numbers."""
+_OTHERS = {"c": 4, "r": 4, "m": 4, "t": 8, **dict.fromkeys("TFNI[]", 0)}
+"""Bytes of arguments that are no numbers; texts and blobs state their length."""
 
 
 class OscLink:
@@ -118,7 +120,7 @@ class OscLink:
 
 
 def numbers_in(packet: bytes) -> Iterator[tuple[str, float | None]]:
-    """Give address and first argument of each message of an OSC 1.0 packet, bundles included; None for no number.
+    """Give address and first number of each message of an OSC 1.0 packet, bundles included; None without a number.
 
     Raises ValueError or struct.error for a packet that is cut off or is no OSC.
     """
@@ -148,8 +150,25 @@ def _message(packet: bytes) -> tuple[str, float | None]:
     kinds, place = _text(packet, place)
     if not address.startswith("/") or not kinds.startswith(","):
         raise ValueError("an OSC message has an address and the types of its arguments")
-    layout = _LAYOUTS.get(kinds[1:2])
-    return address, None if layout is None else float(struct.unpack_from(layout, packet, place)[0])
+    for kind in kinds[1:]:
+        if kind in _LAYOUTS:
+            return address, float(struct.unpack_from(_LAYOUTS[kind], packet, place)[0])
+        place = _after(kind, packet, place)
+    return address, None
+
+
+def _after(kind: str, packet: bytes, place: int) -> int:
+    """The place behind an argument that is no number."""
+    if kind in "sS":
+        return _text(packet, place)[1]
+    if kind == "b":
+        (size,) = struct.unpack_from(">i", packet, place)
+        if size < 0:
+            raise ValueError("a blob of an OSC message has a negative size")
+        return place + 4 + (size + 3) // 4 * 4
+    if kind not in _OTHERS:
+        raise ValueError("an OSC message has an argument of unknown type")
+    return place + _OTHERS[kind]
 
 
 def _text(packet: bytes, place: int) -> tuple[str, int]:

@@ -13,10 +13,11 @@ import numpy as np
 from spectral_core.render.light_groups import (
     emissive_materials,
     emitted_paints,
-    has_several_colors,
+    is_of_world,
     light_groups,
     shines,
     world_paints,
+    world_varies,
 )
 from spectral_core.render.mitsuba_scene.paint import emitted_spectrum, unit_luminance, white_light
 from spectral_core.render.plan.effects import plan_from_data
@@ -82,7 +83,8 @@ def with_light_names(scene: Scene, names: Mapping[str, str]) -> Scene:
 def one_group_per_light(scene: Scene) -> Scene:
     """The scene with every light, emissive object and the environment in a group of its own.
 
-    Objects of equal names stay separate: the second gets a number, as in Blender (``Lamp.001``).
+    The suns of the environment's sky are in its group. Objects of equal names stay separate: the second gets a number,
+    as in Blender (``Lamp.001``).
     """
     taken: set[str] = set()
 
@@ -92,18 +94,19 @@ def one_group_per_light(scene: Scene) -> Scene:
         taken.add(free)
         return free
 
-    lights = tuple(replace(light, group=own(light.name)) for light in scene.lights)
+    lights = [light if is_of_world(light) else replace(light, group=own(light.name)) for light in scene.lights]
     emissive = emissive_materials(scene)
     instances = tuple(
         replace(instance, group=own(instance.name) if emissive.intersection(instance.materials) else instance.name)
         for instance in scene.instances
     )
+    world = own(scene.world.group or "World")
     return replace(
         scene,
-        lights=lights,
+        lights=tuple(replace(light, group=world) if is_of_world(light) else light for light in lights),
         instances=instances,
         moments=following(scene.moments, instances),
-        world=replace(scene.world, group=own(scene.world.group or "World")),
+        world=replace(scene.world, group=world),
     )
 
 
@@ -113,10 +116,10 @@ def group_light(scene: Scene, group: str) -> Spectrum | None:
     Colors tint the scene's white. Sources that emit nothing count only in a group without others.
     """
     white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
-    lamps = [light for light in scene.lights if light.group == group]
+    lamps = [light for light in scene.lights if light.group == group and not is_of_world(light)]
     paints: list[Any] = [light.color for light in lamps if shines(light)]
     if scene.world.group == group:
-        paints += [None] if has_several_colors(scene.world) else world_paints(scene.world)
+        paints += [None] if world_varies(scene) else world_paints(scene.world)
     paints += _emissive_paints(scene, group)
     paints = paints or [light.color for light in lamps]
     # a varying emission was recorded as a filter of the light: alone it tints white

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_kind, require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
-from spectral_core.render.light_groups import emits, has_several_colors, is_black, light_groups, shines
+from spectral_core.render.light_groups import emits, is_black, is_of_world, light_groups, shines, world_varies
 from spectral_core.render.relight.groups import group_light, one_group_per_light
 from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.sampling import sampling_lights
@@ -215,17 +215,20 @@ def _gather(
 def under_flat_light(scene: Scene) -> Scene:
     """The scene with colorless emission of equal power per nm; images keep their colors as filters.
 
-    A spectrum that a group receives later replaces a light's color, as in the scene itself. A black light stays dark
+    A spectrum that a group receives later replaces a light's color, as in the scene itself; the sun of a sky keeps its
+    color, as the sky does. A black light stays dark
     in a group that has others: these alone determine the group's spectrum.
     """
     lit = {light.group for light in scene.lights if shines(light)}
     lights: tuple[Light, ...] = tuple(
-        light if light.group in lit and not shines(light) else replace(light, color=_colorless(light.color))
+        light
+        if is_of_world(light) or (light.group in lit and not shines(light))
+        else replace(light, color=_colorless(light.color))
         for light in scene.lights
     )
     materials = tuple(_colorless_material(material) for material in scene.materials)
     settings = scene.settings.in_spectra(white=flat_light())
-    world = scene.world if has_several_colors(scene.world) else _colorless_world(scene.world)
+    world = scene.world if world_varies(scene) else _colorless_world(scene.world)
     return replace(scene, lights=lights, materials=materials, world=world, settings=settings)
 
 
