@@ -14,15 +14,17 @@ READS = frozenset(("attribute_tangent:", "attribute_tangent_sign:", "attribute_s
 
 
 def rough_ball(rng, smooth: bool, mirrored: bool):
-    """A ball of triangles that are not planar to each other, with seams in its UV map."""
+    """A ball of triangles, no two in one plane, with seams and, if wanted, mirrored parts in its UV map."""
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3)
     data = bpy.context.object.data
     for vertex in data.vertices:
         vertex.co *= rng.uniform(0.7, 1.3)
     layer = data.uv_layers.active
-    if mirrored:
-        for each in layer.uv:
-            each.vector = 3.0 - each.vector.x, each.vector.y
+    for face in data.polygons if mirrored else ():
+        if face.center.x > 0:  # a jagged border: parts of one orientation touch in corners alone
+            for corner in face.loop_indices:
+                u, v = layer.uv[corner].vector
+                layer.uv[corner].vector = 3.0 - u, v
     for face in data.polygons:
         face.use_smooth = smooth
     data.update()

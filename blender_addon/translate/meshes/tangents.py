@@ -77,8 +77,8 @@ def tangents_of(places: Array, normals: Array | None, uvs: Array | None) -> tupl
     """Tangent (3 t, 3) and sign (3 t,) of each corner of each triangle; ``uvs``: (3 t, 2), None without a UV map.
 
     Corners with the same position, normal, coordinates and orientation of the UV map share a tangent: the mean of the
-    directions in their triangles, each weighted by the angle there. Triangles without area take what others have.
-    Triangles that have nothing but such a corner in common share it too; those of MikkTSpace do not.
+    directions in their triangles, each weighted by the angle there, if these triangles are joined by edges. Triangles
+    without area take what others have.
     """
     mapped = around_origin(places) if uvs is None else uvs
     p, t = (values.astype(np.float32).reshape(-1, 3, values.shape[1]) for values in (places, mapped))
@@ -96,12 +96,59 @@ def tangents_of(places: Array, normals: Array | None, uvs: Array | None) -> tupl
     rows = alike.reshape(-1, alike.shape[2]) + np.float32(0)  # no negative zeros
     corner = same_rows(np.zeros(len(rows), np.int64), rows)[1].reshape(-1, 3)
     keys, size = 2 * corner + (area > 0)[:, None], 2 * (int(corner.max()) + 1)
+    keys = np.where(counts[:, None], keys, _shared(corner, keys[counts].ravel(), size, is_point))
+    signs = np.where(keys % 2 == 1, 1.0, -1.0).ravel()
+    keys, size = _by_fans(corner, keys, size, is_point)
     sums = _sums(p[counts], n[counts], _unit(along * sign)[counts], keys[counts], size)
     has = np.zeros(size, bool)
     has[keys[counts]] = True
-    keys = np.where(counts[:, None], keys, np.where(has[2 * corner + 1], 2 * corner + 1, 2 * corner)).ravel()
+    keys = keys.ravel()
     tangents = np.where(has[keys, None], _unit(sums)[keys], (1.0, 0.0, 0.0))
-    return tangents.astype(np.float32), np.where(has[keys] & (keys % 2 == 1), 1.0, -1.0).astype(np.float32)
+    return tangents.astype(np.float32), np.where(has[keys], signs, -1.0).astype(np.float32)
+
+
+def _by_fans(corner: Array, keys: Array, size: int, is_point: Array) -> tuple[Array, int]:
+    """Keys (t, 3) that differ where triangles meet at a corner but no edges join them, and their number."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    nodes = np.arange(corner.size).reshape(-1, 3)
+    start, end = corner.ravel(), np.roll(corner, -1, axis=1).ravel()
+    end_node, flat = np.roll(nodes, -1, axis=1).ravel(), keys.ravel()
+    edge = np.minimum(start, end).astype(np.int64) * (int(corner.max()) + 1) + np.maximum(start, end)
+    order = np.argsort(edge, kind="stable")
+    one, other = order[:-1], order[1:]
+    joined = (edge[one] == edge[other]) & (start[one] == end[other])
+    joined &= ~is_point[one // 3] & ~is_point[other // 3]
+    one, other = one[joined], other[joined]
+    first, second = np.concatenate([one, end_node[one]]), np.concatenate([end_node[other], other])
+    alike = flat[first] == flat[second]
+    first, second = first[alike], second[alike]
+    usable = np.repeat(~is_point, 3)
+    apart = np.bincount(flat[usable], minlength=size) - np.bincount(flat[first], minlength=size) > 1
+    chosen = np.flatnonzero(usable & apart[flat])
+    if chosen.size == 0:
+        return keys, size
+    place = np.full(corner.size, -1)
+    place[chosen] = np.arange(chosen.size)
+    kept = apart[flat[first]]
+    links = coo_array((np.ones(kept.sum(), bool), (place[first[kept]], place[second[kept]])), (chosen.size,) * 2)
+    count, fans = connected_components(links, directed=False)
+    flat = flat.copy()
+    flat[chosen] = size + fans
+    return flat.reshape(-1, 3), size + count
+
+
+def _shared(corner: Array, keys: Array, size: int, is_point: Array) -> Array:
+    """Keys (t, 3) of triangles that have no direction: those of the earliest triangle at any of their corners, which
+    gives them its orientation; of triangles without area, at each corner. ``keys``: of triangles with a direction.
+    """
+    first = np.full(size, len(keys))
+    first[keys[::-1]] = np.arange(len(keys))[::-1]
+    earliest = np.minimum(first[2 * corner], first[2 * corner + 1])
+    own = first[2 * corner + 1] < first[2 * corner]
+    common = np.take_along_axis(own, earliest.argmin(axis=1)[:, None], axis=1)
+    return 2 * corner + np.where(is_point[:, None], own, common)
 
 
 def _sums(p: Array, n: Array, direction: Array, keys: Array, size: int) -> Array:

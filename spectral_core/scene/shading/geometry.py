@@ -130,8 +130,8 @@ def occlusion(xp: Any, normal: Any, distance: Any, samples: int, inside: bool, o
 
 @operation("1", 1, folds=False)
 def wireframe(xp: Any, size: Any, in_pixels: bool) -> Any:
-    """Wireframe node: 1 within half of ``size`` of an edge of the triangle."""
-    return xp.where(xp.edge_distance(in_pixels) < 0.5 * size, 1.0 + 0.0 * size, 0.0)
+    """Wireframe node: 1 within half of ``size`` of an edge of the triangle; as in Cycles, its sign has no effect."""
+    return xp.where(xp.edge_distance(in_pixels) < 0.5 * xp.absolute(size), 1.0 + 0.0 * size, 0.0)
 
 
 @operation("3 1", 3, folds=False)
