@@ -82,6 +82,11 @@ def inlined(owner: Any) -> Any:
     return make() if make is not None and _is_inlined(node_tree(owner), set()) else None
 
 
+def converts_in_groups() -> bool:
+    """True for Cycles of Blender 4, which converts each value to the types of the sockets of groups and muted nodes."""
+    return not hasattr(bpy.types.Material, "inline_shader_nodes")
+
+
 def _is_inlined(tree: Any, seen: set[int]) -> bool:
     if tree is None or tree.as_pointer() in seen:
         return False

@@ -22,6 +22,7 @@ from spectral_core.scene import (
     Transparent,
     leaves,
 )
+from spectral_core.scene.shading import UV_TANGENT
 
 from .context import Translation
 from .faces.coincident import coincident, doubled, edges
@@ -140,6 +141,7 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
     if in_view and "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
         message = "its generated coordinates are those of the mesh after its modifiers; renders have those before them"
         translation.note(obj.name, message)
+    _note_tangents(translation, obj, reads)
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
         missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
@@ -155,3 +157,15 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
                 "mesh where its normals are sharp or custom, and has others there; store it at points or corners"
             )
             translation.note(obj.name, words)
+
+
+def _note_tangents(translation: Translation, obj: Any, reads: frozenset[str]) -> None:
+    """Name the UV maps whose tangents materials read but the mesh lacks."""
+    for uv_map in sorted({name.partition(":")[2] for name in reads if name.startswith(f"{UV_TANGENT}:")}):
+        if uv_layer(obj.data, uv_map) is not None:
+            continue
+        if uv_map:
+            translation.note(obj.name, f"it has no UV map {uv_map!r} for normal maps and tangents; they have no effect")
+        else:
+            words = "its normal maps and tangents turn around its origin, and differ from Cycles' at the poles there"
+            translation.note(obj.name, f"it has no UV map; {words}")

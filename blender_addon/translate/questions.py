@@ -44,29 +44,6 @@ class ContentOfText:
         return None if found is None else hash(found.as_string())
 
 
-@dataclass(frozen=True)
-class IsWhatRenders:
-    """True if the UV map for rendering has this name on every mesh with the material."""
-
-    uv_map: str
-    material: str
-
-    def __call__(self, translation: Translation) -> bool:
-        return translation.answer(maps_that_render).get(self.material, frozenset()) <= {self.uv_map}
-
-
-def maps_that_render(_translation: Translation) -> dict[str, frozenset[str]]:
-    """By the name of a material, the UV maps for rendering of the meshes that have it, "" for a mesh without one."""
-    found: dict[str, set[str]] = {}
-    for mesh in bpy.data.meshes:
-        if len(mesh.materials):
-            renders = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
-            for material in mesh.materials:
-                if material is not None:
-                    found.setdefault(material.name, set()).add(renders)
-    return {name: frozenset(maps) for name, maps in found.items()}
-
-
 def distance_of_world(translation: Translation) -> float:
     """The distance of ambient occlusion of the scene's world, 0 without a world."""
     world = translation.scene.world

@@ -77,7 +77,7 @@ def test_smooth_faces_beside_flat_ones_have_the_normals_of_their_vertices(blende
 
 
 def test_split_keeps_equal_corners_together(rng):
-    from blender_addon.translate.meshes.triangles import split_corners
+    from blender_addon.translate.meshes.splits import split_corners
 
     corners = rng.integers(0, 50, 600).astype(np.int32)
     attributes = rng.integers(0, 2, (600, 3)).astype(np.float32)
@@ -90,11 +90,11 @@ def test_split_keeps_equal_corners_together(rng):
 
 def test_hash_collisions_cost_memory_and_change_nothing(monkeypatch):
     """If two different rows have the same hash, every row becomes a separate vertex."""
-    from blender_addon.translate.meshes import triangles as meshes
+    from blender_addon.translate.meshes import splits
 
     vertices, attributes = np.array([3, 3, 4]), np.array([[1.0], [2.0], [1.0]], dtype=np.float32)
-    monkeypatch.setattr(meshes.np, "unique", lambda *_, **__: (None, np.array([0]), np.zeros(3, dtype=int)))
-    one, kind = meshes._same_rows(vertices, attributes)
+    monkeypatch.setattr(splits.np, "unique", lambda *_, **__: (None, np.array([0]), np.zeros(3, dtype=int)))
+    one, kind = splits.same_rows(vertices, attributes)
     np.testing.assert_array_equal(one[kind], [0, 1, 2])
 
 

@@ -32,9 +32,11 @@ def bent(green):
     normal.inputs["Color"].default_value = (0.5, green, 0.9, 1.0)
     found, _ = translated()
     surface = next(each for each in found.materials if each.name == "Newer").surface
-    axes = {"normal": (0.0, 0.0, 1.0), "tangent": (1.0, 0.0, 0.0), "bitangent": (0.0, 1.0, 0.0)}
+    up, along, sign = (0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+    axes = {"normal": up, "true_normal": up, "attribute_smooth_normal": up, "attribute_tangent:": along,
+            "attribute_tangent_sign:": sign}  # fmt: skip
     (program,) = programs_of(surface)
-    place = lambda name, shift: tuple(np.full(1, each) for each in axes[name])  # noqa: E731
+    place = lambda name, shift: tuple(np.full(1, each) for each in axes.get(name, ())) or np.zeros(1)  # noqa: E731
     stays = lambda vector, *_: vector  # the object is not turned  # noqa: E731
     return np.ravel(program.evaluate(place, np.float64, stays))
 

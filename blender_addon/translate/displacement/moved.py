@@ -20,6 +20,7 @@ from spectral_core.scene.geometry import Attribute
 
 from ... import compat
 from ..meshes.measures import has_sharp_edges
+from ..meshes.tangents import SPACE
 from ..shading.attributes import UNDISPLACED, object_info
 from ..viewport.kept import kept_or_made
 from .offset import Displacement
@@ -64,10 +65,7 @@ class Edges(Enum):
     TOGETHER = auto()
 
 
-AT_VERTICES = frozenset({"position", "normal", "true_normal", "incoming", "uv", "tangent", "bitangent"}) | {
-    "world_transform",
-    "object_transform",
-}
+AT_VERTICES = frozenset({"position", "normal", "true_normal", "incoming", "uv", "world_transform", "object_transform"})
 """Inputs of programs that a vertex has."""
 OF_STRANDS = "attribute_strand"
 """Beginning of inputs that hair alone has; they are 0 at the vertices of a mesh."""
@@ -79,7 +77,7 @@ def _unread(mesh: Mesh, moves: Sequence[Displacement | None], numbers: Mapping[s
     """Inputs of the displacement that vertices do not have."""
     asked = {name for move in moves if move is not None for name in move.offset.program.inputs}
     known = AT_VERTICES | set(numbers) | {attribute.name for attribute in mesh.attributes}
-    return {name for name in asked - known if not name.startswith((*ZERO, OF_STRANDS, "attribute:"))}
+    return {name for name in asked - known if not name.startswith((*ZERO, OF_STRANDS, *SPACE, "attribute:"))}
 
 
 def moved_mesh(
@@ -169,8 +167,6 @@ class _Reading:
         if name == "uv":
             uvs = np.zeros((len(self._mesh.positions), 2)) if self._mesh.uvs is None else self._mesh.uvs
             return (*uvs[self._places].astype(np.float64).T, zero)
-        if name in ("tangent", "bitangent"):
-            return tuple(self._tangents(name).T)
         if name in self._numbers:
             parts = tuple(zero + part for part in self._numbers[name])
             return parts if len(parts) > 1 else parts[0]
@@ -191,26 +187,6 @@ class _Reading:
         turning = np.linalg.pinv(matrix[:3, :3]).T if kind == "NORMAL" else matrix[:3, :3]
         turned = rows @ turning.T + (matrix[:3, 3] if kind == "POINT" else 0.0)
         return tuple(turned.T)
-
-    def _tangents(self, name: str) -> Array:
-        """Directions in the world along which the UV map grows, at right angles to the normal."""
-        mesh, triangles = self._mesh, self._mesh.triangles
-        uvs = np.zeros((len(mesh.positions), 2)) if mesh.uvs is None else mesh.uvs.astype(np.float64)
-        first, second = (self._positions[triangles[:, k]] - self._positions[triangles[:, 0]] for k in (1, 2))
-        one, other = (uvs[triangles[:, k]] - uvs[triangles[:, 0]] for k in (1, 2))
-        area = one[:, :1] * other[:, 1:] - one[:, 1:] * other[:, :1]
-        sign = np.where(area < 0, -1.0, 1.0)
-        along = (first * other[:, 1:] - second * one[:, 1:]) * sign
-        sums, signs = np.zeros((len(mesh.positions), 3)), np.zeros((len(mesh.positions), 1))
-        for k in range(3):
-            np.add.at(sums, triangles[:, k], along)
-            np.add.at(signs, triangles[:, k], sign)
-        tangent = sums[self._places] @ self._matrix[:3, :3].T
-        tangent = tangent - self._normal * np.sum(tangent * self._normal, axis=1, keepdims=True)
-        tangent = _unit(tangent, np.zeros_like(tangent))
-        mirrored = np.linalg.det(self._matrix[:3, :3]) < 0
-        across = np.cross(self._normal, tangent) * np.where((signs[self._places] < 0) != mirrored, -1.0, 1.0)
-        return tangent if name == "tangent" else across
 
 
 def _face_normals(positions: Array, triangles: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from ..shading.coordinate_nodes import normal_of
 from ..shading.fields import Value
 from ..shading.reader import Reader, evaluator
-from ..shading.tangents.nodes import axes_of_object
+from ..shading.tangents.nodes import of_uv_map
 from ..shading.tree import Input, Output, linked
 
 
@@ -36,7 +36,9 @@ def _vector_displacement(reader: Reader, output: Output) -> Any:
         return moved
     if output.node.space == "TANGENT":
         total: Any = np.zeros(3)
-        normal, tangent, bitangent = axes_of_object(reader, reader.point("normal"), "")
+        normal = reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
+        tangent, sign = of_uv_map(reader, "")
+        bitangent = reader.emit("bitangent", normal, tangent, sign)
         for number, axis in enumerate((tangent, normal, bitangent)):  # in the order of Cycles
             share = reader.emit("component", moved, settings=(number,))
             part = reader.emit("vector_math", axis, share, 0.0, 0.0, settings=("MULTIPLY",))

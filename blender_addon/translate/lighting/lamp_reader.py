@@ -42,7 +42,7 @@ class LampReader(Reader):
                 value = self.info[name]
                 return self.literal(np.array(value) if len(value) > 1 else value[0])
             self.note(f"{name.rpartition(':')[2]!r} is not read in a lamp's nodes; 0 was used")
-        if name.startswith(("object_", "attribute", "tangent", "bitangent", "step_")):
+        if name.startswith(("object_", "attribute", "step_")):
             return self.literal(np.zeros(3) if width == 3 else 0.0)
         if self.is_far and self.lamp.angle < SHARP_SUN and name in ("position", "normal", "true_normal", "incoming"):
             return self.literal(self._travels())

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,12 @@ from spectral_core.scene.geometry import Attribute, Mesh
 
 from .edges import at_vertices
 from .measures import READ, corner_vertices, floats, measure, normals_of
+from .splits import split_corners
+from .tangents import SPACE, smooth_normals, tangent_space
 
 Array = NDArray[Any]
 
-READS_UV = frozenset(("uv", "tangent", "bitangent"))
+READS_UV = frozenset(("uv",))
 """Inputs of shading programs that need the UV map of the render."""
 
 
@@ -60,6 +63,16 @@ def translate_mesh(
         if values is not None:
             extra[item] = values
     normals = normals_of(source)
+    if normals is not None and source.normals_domain == "POINT":
+        normals = _told_apart(normals, corners)
+    if any(name.startswith(SPACE) for name in reads):  # corners of flat triangles differ within a face
+        order, shading = triangle_corners.ravel(), smooth_normals(source, normals, corners)
+        known, take = partial(_uvs_of_tangents, source, corners, order), partial(_taken, order, corners)
+        places, shading = np.take(positions, corners[order], axis=0), None if shading is None else take(shading)
+        uvs, normals = (None if values is None else take(values) for values in (uvs, normals))
+        extra = {n: take(values) for n, values in extra.items()}
+        corners, triangle_corners = corners[order], np.arange(len(order)).reshape(-1, 3)
+        extra.update(tangent_space(places, shading, reads, known))
     keys = [array for array in (uvs, normals, *extra.values()) if array is not None and len(array) == len(corners)]
     vertex_of_corner, corner_of_vertex = corners, None
     if keys:
@@ -86,50 +99,6 @@ def translate_mesh(
     )
 
 
-def split_corners(corners: Array, attributes: Array, vertex_count: int) -> tuple[Array, Array]:
-    """New vertex of each corner, and one corner of each new vertex; equal vertices have equal attributes.
-
-    ``corners``: (c,) vertex of each corner; ``attributes``: (c, k) float32. Vertices keep their order and the
-    attributes of their first corner; corners that differ from it follow. A loose vertex takes corner 0.
-    """
-    first = np.zeros(vertex_count, dtype=np.int64)
-    first[corners[::-1]] = np.arange(len(corners))[::-1]
-    differs = np.flatnonzero(_rows_differ(attributes, np.take(first, corners)))
-    if differs.size == 0:
-        return corners.astype(np.int64), first
-    representative = _same_rows(np.take(corners, differs), np.take(attributes, differs, axis=0))
-    vertex_of_corner = corners.astype(np.int64)
-    vertex_of_corner[differs] = vertex_count + representative[1]
-    return vertex_of_corner, np.concatenate([first, differs[representative[0]]])
-
-
-def _rows_differ(rows: Array, others: Array) -> Array:
-    """True for rows that differ from the row in ``others``; (n,) bool."""
-    differs = np.zeros(len(rows), dtype=bool)
-    for column in rows.T:  # column by column: no temporary of full size
-        differs |= column != np.take(column, others)
-    return differs
-
-
-def _same_rows(vertices: Array, attributes: Array) -> tuple[Array, Array]:
-    """(index of one row of each group, group of each row); a row is a vertex with its attributes.
-
-    Rows are compared by a 64-bit hash, then checked: if two groups collide, every row becomes a group.
-    """
-    words = np.ascontiguousarray(attributes, dtype=np.float32).view(np.uint32).astype(np.uint64)
-    with np.errstate(over="ignore"):
-        digest = vertices.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)
-        for column in words.T:
-            digest = (digest ^ column) * np.uint64(0xBF58476D1CE4E5B9)
-            digest ^= digest >> np.uint64(29)
-    _, one, kind = np.unique(digest, return_index=True, return_inverse=True)
-    kind = kind.reshape(-1)
-    same = np.take(one, kind)
-    if np.any(vertices != np.take(vertices, same)) or np.any(_rows_differ(attributes, same)):
-        one = kind = np.arange(len(vertices))
-    return one, kind
-
-
 def _corner_uvs(source: Any, corners: Array, uv_map: str = "") -> Array:
     """UV of each corner, (c, 2); zero if the mesh has no such map, as in Blender, or no finite value."""
     layer = uv_layer(source, uv_map)
@@ -137,6 +106,16 @@ def _corner_uvs(source: Any, corners: Array, uv_map: str = "") -> Array:
         return np.zeros((len(corners), 2), dtype=np.float32)
     uvs = floats(layer.uv, "vector", len(corners), 2)
     return np.where(np.isfinite(uvs), uvs, np.float32(0))
+
+
+def _uvs_of_tangents(source: Any, corners: Array, order: Array, uv_map: str) -> Array | None:
+    """UV (n, 2) of chosen corners, None if the mesh has no map of the name."""
+    return None if uv_layer(source, uv_map) is None else _corner_uvs(source, corners, uv_map)[order]
+
+
+def _taken(order: Array, corners: Array, values: Array) -> Array:
+    """Values of corners in another ``order``; values of vertices as they are, told apart from those of corners."""
+    return np.take(values, order, axis=0) if len(values) == len(corners) else _told_apart(values, corners[order])
 
 
 def _attribute(source: Any, name: str, corners: Array, positions: Array, undeformed: Any, groups: Any) -> Array | None:

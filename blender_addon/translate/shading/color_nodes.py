@@ -43,8 +43,6 @@ def _mix(reader: Reader, output: Output) -> Any:
         mode = node.blend_type if data_type == "RGBA" else "MIX"
     factor = reader.read(output, names[0])
     is_vector = names[0] == "Factor_Vector"
-    if not is_vector:  # a color or vector in a plain factor becomes a number first, as in Cycles
-        factor = factor.as_number()
     if clamps_factor:
         factor = (
             reader.emit("clamped_color", factor)

@@ -219,11 +219,22 @@ def _layer_weight(reader: Reader, output: Output) -> Any:
     return reader.emit("layer_facing", blend, normal, incoming)
 
 
+KEPT = ("NORMAL", "HUE_SAT", "MAP_RANGE", "VECTOR_ROTATE", "VECT_TRANSFORM")
+"""Nodes whose results Cycles computes at each hit, even of constants."""
+
+
+def _is_folded(reader: Reader, place: Input | None) -> bool:
+    """True if Cycles computes an input ahead of the render, which counts as no link to a Bump node without a slope."""
+    source = linked(place)
+    return source is not None and source.node.type not in KEPT and normal_of(reader, place).constant is not None
+
+
 @evaluator("BUMP")
 def _bump(reader: Reader, output: Output) -> Any:
     normal = normal_of(reader, output.input("Normal"))
-    if (height := output.input("Height")) is None or linked(height) is None:
-        return normal
+    height = output.input("Height")
+    if height is None or reader.as_value(reader.field(height)).constant is not None:
+        return reader.point("normal") if _is_folded(reader, output.input("Normal")) else normal
     heights, steps = [], []
     width = float(getattr(output.node.inputs.get("Filter Width"), "default_value", FILTER_WIDTH))
     for axis in range(3):

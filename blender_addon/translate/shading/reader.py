@@ -15,6 +15,7 @@ from spectral_core.scene.atmosphere import Atmosphere
 from spectral_core.scene.shading import Builder
 from spectral_core.spectra.spectrum import Spectrum
 
+from ... import compat
 from .. import spectra
 from ..context import Translation
 from .attributes import UNDISPLACED
@@ -27,6 +28,8 @@ MOST_NESTED = 2000
 """Most nodes in a chain."""
 
 
+NUMBERS = ("VALUE", "INT", "BOOLEAN")
+"""Types of sockets that hold one number."""
 UNKNOWN_TO_CYCLES = ("SQUEEZE", "SHADERTORGB", "UVALONGSTROKE")
 """Nodes of other engines: a link from them has no effect in Cycles."""
 
@@ -122,8 +125,23 @@ class Reader:
     # interface for the nodes' evaluators
 
     def field(self, place: Input) -> Field:
-        """Value of a socket."""
-        source = place.source()
+        """Value of a socket: a number where the socket is one."""
+        source, kinds = place.path()
+        found = self._field(place, source)
+        if isinstance(found, Value):
+            for kind in kinds if compat.converts_in_groups() else ():
+                found = self._converted(found, kind)
+            return found.as_number() if place.socket.type in NUMBERS else found
+        return found
+
+    def _converted(self, value: Value, kind: str) -> Value:
+        """A value that passes a socket of a type."""
+        if kind in NUMBERS:
+            return self.emit("math", value, 0.0, 0.0, settings=("TRUNC",)) if kind == "INT" else value.as_number()
+        return replace(value, register=value.as_width(3), kind=kind) if kind in ("VECTOR", "RGBA") else value
+
+    def _field(self, place: Input, source: Input | Output) -> Field:
+        """What ``source`` gives to ``place``."""
         if isinstance(source, Input):
             return self.constant(source)
         spectrum = spectra.spectrum_of(self.translation, source.node)

@@ -26,19 +26,26 @@ class Input:
 
         Values of reroutes and muted nodes are not used: an input behind them keeps its own value.
         """
+        return self.path()[0]
+
+    def path(self) -> tuple[Output | Input, tuple[str, ...]]:
+        """Its source, and the types of the sockets of groups and muted nodes from there to here."""
         place: Input = self
-        last_own = place
+        kinds: list[str] = []
+        last_own, passed = place, 0
         for _ in range(MOST_HOPS):
             link = _link(place.socket)
             step = None if link is None else _through(link.from_socket, place.groups)
             if isinstance(step, Output):
-                return step
+                return step, tuple(reversed(kinds))
             if step is None:
                 break
+            if link.from_node.type != "REROUTE":
+                kinds.append((step.socket if link.from_node.type == "GROUP_INPUT" else link.from_socket).type)
             place = step
             if not (place.node.mute or place.node.type == "REROUTE"):
-                last_own = place
-        return last_own
+                last_own, passed = place, len(kinds)
+        return last_own, tuple(reversed(kinds[:passed]))
 
     @property
     def default(self) -> Any:

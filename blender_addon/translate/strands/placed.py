@@ -13,6 +13,7 @@ import numpy as np
 from spectral_core.scene import STRAND_AXIS, Instance, Mesh, Principled, Subsurface, leaves
 
 from ..context import stated
+from ..meshes.tangents import SPACE
 from ..meshes.triangles import READS_UV, stored_in
 from ..meshes.velocities import velocity_read
 from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes, random_of
@@ -133,6 +134,8 @@ def _note_unread(found: Any, obj: Any, reads: frozenset[str], mesh: Mesh) -> Non
     """Note the attributes that materials read but hair or points do not have."""
     there = {attribute.name for attribute in mesh.attributes} | ({"uv"} if mesh.uvs is not None else set())
     for read in sorted(reads - there):
+        if read.startswith(SPACE):  # as in Cycles, normal maps have no effect on hair
+            continue
         if read in READS_UV or read.startswith(("generated", "attribute", PREFIX + OF_STRANDS)):
             what = read.partition(":")[2] or read
             found.translation.note(obj.name, f"{what!r} of its hair or points is not translated; its materials read 0")

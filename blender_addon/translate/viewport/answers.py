@@ -7,8 +7,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from ..context import Translation
-from ..questions import IsWhatRenders
-from .kept import KNOWN, Kept, kept_or_made
+from .kept import Kept, kept_or_made
 
 Value = TypeVar("Value")
 
@@ -36,28 +35,12 @@ def kept_or_asked(
     return kept_or_made(kept, translation, key, makers, state, asking)
 
 
-NUMBERS = KNOWN - {"Scene", "Volume"} | {"ShaderNodeTree"}
-"""Blender's names of data whose edits change no mesh, unless they are reported as edits of geometry."""
-
-
 def forget_outdated(kept: Kept, translation: Translation) -> None:
-    """Drop the parts of which a question has another answer now. Call it once before a translation.
-
-    A question about all meshes takes 10 ms for a thousand: it is passed over where only numbers or places have changed.
-    """
-    held, updates = kept.answers, translation.depsgraph.updates
-    are_same = (
-        bool(held)
-        and bool(updates)
-        and not any(each.is_updated_geometry or each.id.bl_rna.identifier not in NUMBERS for each in updates)
-    )
+    """Drop the parts of which a question has another answer now. Call it once before a translation."""
+    held = kept.answers
     for key, answers in list(held.items()):
         if key not in kept.parts:
             del held[key]
-        elif any(
-            translation.answer(question) != answer
-            for question, answer in answers.items()
-            if not (are_same and isinstance(question, IsWhatRenders))
-        ):
+        elif any(translation.answer(question) != answer for question, answer in answers.items()):
             del held[key], kept.parts[key]
             kept.walk = kept.begun = None

@@ -26,7 +26,7 @@ MOST_TRIANGLES = 3_000_000
 """Of all gathered meshes: more would take more memory and time to load than they save."""
 OWN = frozenset(("name", "world_from_object", "color", "index", "random", "attributes", "shown_as", "asset"))
 """Fields of ``Instance`` in which gathered copies may differ, because their materials do not read them."""
-PLACELESS = frozenset(("uv", "position", "normal", "true_normal", "incoming", "backfacing", "tangent", "bitangent"))
+PLACELESS = frozenset(("uv", "position", "normal", "true_normal", "incoming", "backfacing"))
 """Inputs of programs that depend on the surface in the world, not on its object."""
 SENDS_RAYS = frozenset(("occlusion", "bevel"))
 """Operations that tell one object from another."""

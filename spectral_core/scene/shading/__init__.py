@@ -12,10 +12,13 @@ from spectral_core.scene.shading.program import (
     run,
     step,
 )
-from spectral_core.scene.shading.registry import OPERATIONS
+from spectral_core.scene.shading.registry import OPERATIONS, SMOOTH_NORMAL, UV_SIGN, UV_TANGENT
 
 __all__ = [
     "OPERATIONS",
+    "SMOOTH_NORMAL",
+    "UV_SIGN",
+    "UV_TANGENT",
     "Builder",
     "Computed",
     "Instruction",

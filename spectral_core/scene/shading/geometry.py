@@ -130,8 +130,8 @@ def occlusion(xp: Any, normal: Any, distance: Any, samples: int, inside: bool, o
 
 @operation("1", 1, folds=False)
 def wireframe(xp: Any, size: Any, in_pixels: bool) -> Any:
-    """Wireframe node: 1 within half of ``size`` of an edge of the triangle."""
-    return xp.where(xp.edge_distance(in_pixels) < 0.5 * size, 1.0 + 0.0 * size, 0.0)
+    """Wireframe node: 1 within half of ``size`` of an edge of the triangle; as in Cycles, its sign has no effect."""
+    return xp.where(xp.edge_distance(in_pixels) < 0.5 * xp.absolute(size), 1.0 + 0.0 * size, 0.0)
 
 
 @operation("3 1", 3, folds=False)
@@ -140,17 +140,35 @@ def bevel(xp: Any, normal: Any, radius: Any, samples: int) -> Any:
     return xp.rounded(normal, radius, samples)
 
 
-@operation("3 1 3 3 3", 3)
-def normal_map(xp: Any, color: Any, strength: Any, normal: Any, tangent: Any, bitangent: Any) -> Any:
-    """Normal Map node in tangent space; ``bitangent`` carries the handedness of the UV map.
+@operation("3 1 3 3 1", 3)
+def normal_map(xp: Any, color: Any, strength: Any, normal: Any, tangent: Any, sign: Any) -> Any:
+    """Normal Map node in tangent space, of any length; 0 without a UV map, whose ``sign`` is 0.
 
     A negative strength bends to the other side, as in Cycles; ``normal_blend`` reads it as 0, as Cycles does there.
     """
     x, y, z = (2.0 * c - 1.0 for c in color)
     flat = mix(1.0 + 0.0 * z, z, clip(xp, strength))
-    bent = add(add(multiply(tangent, x * strength), multiply(bitangent, y * strength)), multiply(normal, flat))
-    size = length(xp, bent)
-    return choose(xp, size > 0.0, multiply(bent, 1.0 / xp.maximum(size, 1e-20)), normal)
+    across = multiply(cross(normal, tangent), sign)
+    bent = add(add(multiply(tangent, x * strength), multiply(across, y * strength)), multiply(normal, flat))
+    return multiply(bent, xp.where(sign == 0.0, 0.0, 1.0))
+
+
+@operation("3 3 1", 3)
+def bitangent(xp: Any, normal: Any, tangent: Any, sign: Any) -> Any:
+    """Unit vector at right angles to a normal and a tangent."""
+    return multiply(normalized(xp, cross(normal, tangent)), sign)
+
+
+@operation("3 1 3", 3)
+def on_side(xp: Any, direction: Any, backfacing: Any, normal: Any) -> Any:
+    """A direction on the viewer's side of a surface: the opposite one from behind; ``normal`` in place of none."""
+    return or_else(xp, multiply(direction, 1.0 - 2.0 * backfacing), normal)
+
+
+@operation("3 3", 3)
+def or_else(xp: Any, vector: Any, other: Any) -> Any:
+    """A vector, in place of 0 another one."""
+    return choose(xp, length(xp, vector) > 0.0, vector, other)
 
 
 @operation("3 1 3", 3)
@@ -165,34 +183,6 @@ def around_axis(xp: Any, generated: Any, axis: str) -> Any:
     """Direction around an axis through the middle of generated coordinates."""
     x, y, z = (c - 0.5 for c in generated)
     return {"X": (0.0 * x, -z, y), "Y": (-z, 0.0 * y, x), "Z": (-y, x, 0.0 * z)}[axis]
-
-
-def _along_uv(places: tuple[Any, ...], steps: tuple[Any, Any]) -> tuple[Any, Any, Any]:
-    """Directions in which u and v grow, and their common sign, from coordinates at a point and after two steps."""
-    here, first, second = places
-    (u_x, v_x, _), (u_y, v_y, _) = subtract(first, here), subtract(second, here)
-    along_u = subtract(multiply(steps[0], v_y), multiply(steps[1], v_x))
-    along_v = subtract(multiply(steps[1], u_x), multiply(steps[0], u_y))
-    return along_u, along_v, u_x * v_y - u_y * v_x
-
-
-@operation("3 3 3 3 3 3", 3)
-def uv_tangent(xp: Any, here: Any, first: Any, second: Any, step_x: Any, step_y: Any, normal: Any) -> Any:
-    """Tangent of a UV map, from its coordinates at a point and after two steps along the surface."""
-    along, _, area = _along_uv((here, first, second), (step_x, step_y))
-    along = multiply(along, xp.where(area < 0.0, -1.0, 1.0))
-    return normalized(xp, subtract(along, multiply(normal, dot(normal, along))))
-
-
-@operation("3 3 3 3 3 3", 3)
-def uv_bitangent(xp: Any, here: Any, first: Any, second: Any, step_x: Any, step_y: Any, normal: Any) -> Any:
-    """Bitangent that belongs to ``uv_tangent``."""
-    along, up, area = _along_uv((here, first, second), (step_x, step_y))
-    sign = xp.where(area < 0.0, -1.0, 1.0)
-    along, up = multiply(along, sign), multiply(up, sign)
-    tangent = normalized(xp, subtract(along, multiply(normal, dot(normal, along))))
-    across = cross(normal, tangent)
-    return multiply(across, xp.where(dot(across, up) < 0.0, -1.0, 1.0))
 
 
 @operation("3 3", 3)
@@ -254,10 +244,3 @@ def luminaire(xp: Any, direction: Any, table: Any) -> Any:
     share = down - column
     found = mix(mix(low, high, share), mix(low_next, high_next, share), around - row)
     return xp.where((x != 0.0) | (y != 0.0) | (z != 0.0), found, 0.0)  # nothing without a direction
-
-
-@operation("3 3 3", 3)
-def across_surface(xp: Any, vector: Any, tangent: Any, normal: Any) -> Any:
-    """The direction at right angles to a tangent and the normal, on the side of a vector."""
-    across = cross(normal, tangent)
-    return multiply(across, xp.where(dot(across, vector) < 0.0, -1.0, 1.0))

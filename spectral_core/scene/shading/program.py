@@ -26,7 +26,7 @@ from spectral_core.scene.shading import (  # noqa: F401
     voronoi,
 )
 from spectral_core.scene.shading.numpy_backend import NumPy
-from spectral_core.scene.shading.registry import OPERATIONS
+from spectral_core.scene.shading.registry import OPERATIONS, SMOOTH_NORMAL, UV_SIGN, UV_TANGENT
 
 Setting = str | int | float | bool
 
@@ -176,7 +176,7 @@ def mean_of(program: Program, size: int = 16) -> NDArray[np.float64]:
         "normal": (zero, zero, one), "true_normal": (zero, zero, one), "incoming": (zero, zero, one),
         "position": (2 * u - 1, 2 * v - 1, zero), "object": (2 * u - 1, 2 * v - 1, zero),
         "step_x": (one * 1e-3, zero, zero), "step_y": (zero, one * 1e-3, zero),
-        "tangent": (one, zero, zero), "bitangent": (zero, one, zero),
+        UV_TANGENT: (one, zero, zero), UV_SIGN: (one, one, one), SMOOTH_NORMAL: (zero, zero, one),
     }  # fmt: skip
     widths = {str(i.settings[0]): i.width for i in program.instructions if i.operation.endswith("_input")}
 
@@ -184,7 +184,7 @@ def mean_of(program: Program, size: int = 16) -> NDArray[np.float64]:
         if widths[name] == 1:
             typical = {"random": 0.5, "ray:Is Camera Ray": 1.0}
             return zero + typical.get(name, 0.0)
-        return vectors_at.get(name, (u, v, zero))
+        return vectors_at.get(name.partition(":")[0], (u, v, zero))
 
     def transform(vector: Any, *_: Any) -> Any:
         return vector

@@ -39,3 +39,16 @@ def operation(
         return function
 
     return enter
+
+
+UV_TANGENT = "attribute_tangent"
+"""Input of programs, before a colon and the name of a UV map: its tangent in the space of the object, of any length.
+Without a name it is that of the UV map that renders.
+"""
+UV_SIGN = "attribute_tangent_sign"
+"""Input of programs, likewise: 1 where the bitangent is the cross product of normal and tangent, -1 where it is on the
+other side, 0 without the UV map.
+"""
+SMOOTH_NORMAL = "attribute_smooth_normal"
+"""Input of programs: the interpolated normal of smooth faces in the space of the object, of any length; 0 on flat ones.
+"""

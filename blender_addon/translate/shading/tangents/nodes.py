@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from spectral_core.scene import STRAND_PLACE, STRAND_TANGENT
+from spectral_core.scene.shading import SMOOTH_NORMAL, UV_SIGN, UV_TANGENT
 
-from ...questions import IsWhatRenders
 from ..fields import Value
 from ..reader import Reader, evaluator
 from ..tree import Output
-
-TO_OBJECT = ("VECTOR", "WORLD", "OBJECT")
 
 
 def is_meshless(reader: Reader) -> bool:
@@ -43,32 +41,17 @@ def _on_surface(reader: Reader, along: Value) -> Value:
     return reader.emit("along_surface", along, reader.point("normal"))
 
 
-def uv_axes(reader: Any, uv_map: str) -> tuple[Any, Any]:
-    """Tangent and bitangent of a UV map, "" for the one that renders."""
-    if not uv_map or reader.translation.ask(IsWhatRenders(uv_map, reader.owner)):
-        return reader.point("tangent"), reader.point("bitangent")
-    places = []
-    for shift in range(3):
-        with reader.shifted(shift):
-            places.append(reader.point(f"attribute:{uv_map}"))
-    steps = reader.point("step_x"), reader.point("step_y")
-    tangent = reader.emit("uv_tangent", *places, *steps, reader.smooth_normal())
-    return tangent, reader.emit("uv_bitangent", *places, *steps, reader.smooth_normal())
-
-
-def axes_of_object(reader: Reader, normal: Value, uv_map: str) -> tuple[Value, Value, Value]:
-    """Normal, tangent and bitangent in the space of the object, where Cycles applies normal maps and displacement."""
-    normal = reader.emit("transformed", normal, settings=("NORMAL", "WORLD", "OBJECT"))
-    along, across = (reader.emit("transformed", axis, settings=TO_OBJECT) for axis in uv_axes(reader, uv_map))
-    tangent = reader.emit("along_surface", along, normal)
-    return normal, tangent, reader.emit("across_surface", across, tangent, normal)
+def of_uv_map(reader: Reader, uv_map: str) -> tuple[Value, Value]:
+    """Tangent of a UV map in the space of the object, and the sign of its bitangent; "": the map that renders."""
+    with reader.shifted(0):  # neither has a slope in Cycles
+        sign = reader.emit("component", reader.point(f"{UV_SIGN}:{uv_map}"), settings=(0,))
+        return reader.point(f"{UV_TANGENT}:{uv_map}"), sign
 
 
 @evaluator("TANGENT")
 def _tangent(reader: Reader, output: Output) -> Any:
     if output.node.direction_type == "UV_MAP":
-        along = reader.emit("transformed", uv_axes(reader, output.node.uv_map)[0], settings=TO_OBJECT)
-        return _on_surface(reader, along)
+        return _on_surface(reader, of_uv_map(reader, output.node.uv_map)[0])
     return round_tangent(reader, output.node.axis)
 
 
@@ -80,11 +63,22 @@ def _normal_map(reader: Reader, output: Output) -> Any:
         color = reader.emit("vector_math", color, np.array((1.0, -1.0, 1.0)), np.array((0.0, 1.0, 0.0)), 0.0,
                             settings=("MULTIPLY_ADD",))  # fmt: skip
     if node.space == "TANGENT":
-        bent = reader.emit("normal_map", color, strength, *axes_of_object(reader, reader.smooth_normal(), node.uv_map))
-        return reader.emit("transformed", bent, settings=("NORMAL", "OBJECT", "WORLD"))
+        bent = reader.emit("normal_map", color, strength, _of_face(reader), *of_uv_map(reader, node.uv_map))
+        bent = reader.emit("transformed", bent, settings=("NORMAL", "OBJECT", "WORLD"))
+        return reader.emit("on_side", bent, reader.point("backfacing", 1), reader.smooth_normal())
     direction = reader.emit("vector_math", color, np.full(3, 2.0), np.full(3, -1.0), 0.0, settings=("MULTIPLY_ADD",))
     if node.space.startswith("BLENDER"):  # baked by Blender's old renderer: y and z have the opposite sign
         direction = reader.emit("vector_math", direction, np.array((1.0, -1, -1)), 0.0, 0.0, settings=("MULTIPLY",))
     if node.space.endswith("OBJECT"):
         direction = reader.emit("transformed", direction, settings=("NORMAL", "OBJECT", "WORLD"))
-    return reader.emit("normal_blend", direction, strength, reader.point("normal"))
+    normal = reader.point("normal")
+    direction = reader.emit("on_side", direction, reader.point("backfacing", 1), normal)
+    return reader.emit("normal_blend", direction, strength, normal)
+
+
+def _of_face(reader: Reader) -> Value:
+    """The normal of the front in the space of the object: of a smooth face between those of its corners, as it is."""
+    true = reader.emit("on_side", reader.point("true_normal"), reader.point("backfacing", 1), np.zeros(3))
+    true = reader.emit("transformed", true, settings=("NORMAL", "WORLD", "OBJECT"))
+    with reader.shifted(0):
+        return reader.emit("or_else", reader.point(SMOOTH_NORMAL), true)

@@ -244,19 +244,6 @@ class DrJit:
         corners, is_triangle = self.tables.meshes.corners(self.si, self.active)
         return self._tuple(self.dr.select(is_triangle, corners[corner] - corners[0], 0.0))
 
-    def _tangent(self) -> Any:
-        mi, dr, si = self.mi, self.dr, self.si
-        normal = si.sh_frame.n
-        along = si.dp_du - normal * dr.dot(normal, si.dp_du)
-        size = dr.norm(along)
-        first, _ = mi.coordinate_system(normal)
-        return self._tuple(dr.select(size > 1e-12, along / dr.maximum(size, 1e-12), mi.Vector3f(first)))
-
-    def _bitangent(self) -> Any:
-        mi, dr, si = self.mi, self.dr, self.si
-        across = dr.cross(si.sh_frame.n, mi.Vector3f(*self.input("tangent", 0)))
-        return self._tuple(dr.select(dr.dot(across, si.dp_dv) < 0.0, -across, across))
-
     def _window(self, shift: int) -> Any:
         mi = self.mi
         x, y, z = self.transform(self._tuple(self._position(shift)), "POINT", "CAMERA", False)
