@@ -24,8 +24,7 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 Array = NDArray[np.float64]
 
-EXACT = 1e-6
-"""Linear RGB distance below which a wanted color counts as reachable."""
+EXACT = 1e-6  # linear RGB distance below which a wanted color counts as reachable
 LAB_STEPS = 20
 """Most Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB; two to four are usual."""
 STARTS = 1.0, 0.3, 0.1, 0.03, 0.01, 0.0
