@@ -7,8 +7,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import frozen_array
 from spectral_core.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -59,6 +60,22 @@ def shown(value: object) -> str:
     """The value as Python writes it; only its type where that would take more than a line."""
     written = repr(value)
     return written if len(written) <= 80 and "\n" not in written else f"of type {type(value).__name__}"
+
+
+def light_and_color(pair: object) -> tuple[Any, ArrayLike]:
+    """The two parts of an exact color."""
+    found = sequence_of("an exact color", pair)
+    if len(found) != 2:
+        raise InvalidInputError(f"an exact color has {len(found)} parts; expected a light and its color")
+    return found[0], found[1]
+
+
+def color_ends(color: ArrayLike) -> Array:
+    """Least and greatest color (2, 3) of an exact color or of a range."""
+    ends = np.array(color) if np.shape(color) == (2, 3) else np.zeros(0)
+    if ends.size and ends.dtype.kind in "fiu" and not np.isnan(ends).any() and np.all(ends[0] <= ends[1]):
+        return ends
+    return np.stack([frozen_array("exact color", color, (3,))] * 2)
 
 
 def cell_name(problem: PaletteProblem, cell: CellIndex) -> str:

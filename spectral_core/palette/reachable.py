@@ -17,15 +17,14 @@ from scipy.optimize import linprog
 
 from spectral_core.checks import frozen_array, require_kind, require_whole
 from spectral_core.errors import InvalidInputError, SolveError
-from spectral_core.palette.given import require_bounds, sequence_of
+from spectral_core.palette.given import color_ends, light_and_color, require_bounds, sequence_of
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
 from spectral_core.spectra.observer import normalized, xyz_from_product
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 Array = NDArray[np.float64]
 
-EXACT = 1e-6
-"""Linear RGB distance below which a wanted color counts as reachable."""
+EXACT = 1e-6  # linear RGB distance below which a wanted color counts as reachable
 LAB_STEPS = 20
 """Most Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB; two to four are usual."""
 STARTS = 1.0, 0.3, 0.1, 0.03, 0.01, 0.0
@@ -34,19 +33,16 @@ along the colors of one spectral line.
 """
 SHARES = 0.5 ** np.arange(12.0)
 """Shares of a step that are tried."""
-_RIDGE = 1e-9
+_RIDGES = 1e-9, 1e-10, 1e-11, 1e-12, 1e-13
+_GAIN = 1e-4  # share of a squared distance that a further program must be able to gain
 LEAST = 1e-6
 """Size of a combination of colors, relative to the largest, below which a light shows nothing of it."""
-OPEN = 1e30
-"""Stands for an open end of a range."""
-SOLVED = (1, 2)
-"""Statuses of ``daqp`` with an answer."""
-TIGHT = 1e-12
-"""Tolerance of ``piqp``."""
+OPEN = 1e30  # an open end of a range
+SOLVED = (1, 2)  # of ``daqp``
+TIGHT = 1e-12  # of ``piqp``
 DEPENDENT = 1e-10
 """Singular value, relative to the largest, below which rows of exact colors depend on each other."""
-UNBOUNDED = 3
-"""Status of ``linprog``."""
+UNBOUNDED = 3  # of ``linprog``
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +91,10 @@ class CellReach:
     ) -> None:
         require_bounds("the bounds of a reflectance", bounds)
         require_kind("the grid of a reflectance", grid, SpectralGrid, "such as design_grid()")
-        exact, follows = [_exact_color(pair) for pair in sequence_of("exact", exact)], sequence_of("follows", follows)
+        exact, follows = (
+            [light_and_color(pair) for pair in sequence_of("exact", exact)],
+            sequence_of("follows", follows),
+        )
         for each in (light, *(other for other, _ in exact), *follows):
             require_kind("a light", each, Illuminant)
         self.grid, self.bounds = grid, bounds
@@ -104,7 +103,7 @@ class CellReach:
         held += [_rgb_rows(other, grid, scale) - self.matrix for other in follows]
         self._held = np.concatenate([np.zeros((0, grid.size)), *held])
         self._exact = len(exact)
-        ends = [_ends(color) for _, color in exact] + [np.zeros((2, 3)) for _ in follows]
+        ends = [color_ends(color) for _, color in exact] + [np.zeros((2, 3)) for _ in follows]
         colors = np.concatenate([np.empty((2, 0)), *ends], axis=1)
         self._is_equal = colors[0] == colors[1]
         # DAQP: every reflectance within its bounds, exact colors as equalities (sense 5), ranges as limits.
@@ -112,10 +111,10 @@ class CellReach:
         self._lower = np.maximum(np.concatenate([np.full(knots, bounds[0]), colors[0]]), -OPEN)
         self._upper = np.minimum(np.concatenate([np.full(knots, bounds[1]), colors[1]]), OPEN)
         self._sense = np.concatenate([np.zeros(knots), np.where(self._is_equal, 5, 0)]).astype(np.int32)
-        if exact and self._extreme(np.zeros(3)) is None:
+        if len(held) and self._extreme(np.zeros(3)) is None:
             within = " and ".join(f"{end:g}" for end in bounds)
             raise InvalidInputError(
-                f"no reflectance between {within} has the {len(exact)} exact colors together; relax one of them"
+                f"no reflectance between {within} has the {len(held)} exact colors together; relax one of them"
             )
 
     def extent(self, direction: ArrayLike) -> tuple[float, Array]:
@@ -196,14 +195,31 @@ class CellReach:
         return distance, reflectance, multipliers
 
     def _projected(self, metric: Array, target: Array) -> tuple[Array, Array]:
-        """Reflectance (n,) of the least |metric (M r - target)|², and the multipliers of the exact colors."""
+        """Reflectance (n,) of the least |metric (M r - target)|², and the multipliers of the exact colors.
+
+        A ridge makes the program strictly convex, but holds back what the light hardly shows beside the exact colors:
+        further programs hold the reflectance to the last one, by less.
+        """
+        rows, wanted = metric @ self.matrix, metric @ target
+        size = float(np.trace(rows @ rows.T))
+        reflectance, multipliers = self._solved(rows, wanted, _RIDGES[0] * size, np.zeros(self.grid.size))
+        for ridge in _RIDGES[1:]:
+            cost = np.sum((rows @ reflectance - wanted) ** 2)
+            gain = 10.0 * ridge * size * self.grid.size * max(np.abs(self.bounds)) ** 2  # what the last ridge weighed
+            if np.abs(self.matrix @ reflectance - target).max() < 0.1 * EXACT or gain < _GAIN * cost:
+                break
+            further = self._solved(rows, wanted, ridge * size, reflectance)
+            if not np.sum((rows @ further[0] - wanted) ** 2) < cost:
+                break
+            reflectance, multipliers = further
+        return reflectance, multipliers
+
+    def _solved(self, rows: Array, wanted: Array, ridge: float, center: Array) -> tuple[Array, Array]:
+        """Reflectance of the least |rows r - wanted|² + ridge |r - center|², and multipliers, as ``_projected``."""
         import daqp
 
-        rows = metric @ self.matrix
-        size = float(np.trace(rows @ rows.T))
-        # The ridge makes the program strictly convex; it moves a color by less than EXACT.
-        hessian = rows.T @ rows + _RIDGE * size * np.eye(self.grid.size)
-        linear = -rows.T @ (metric @ target)
+        hessian = rows.T @ rows + ridge * np.eye(self.grid.size)
+        linear = -rows.T @ wanted - ridge * center
         # The solver writes into the senses, so it gets a copy.
         found, _, status, info = daqp.solve(hessian, linear, self._held, self._upper, self._lower, self._sense.copy())
         values = np.clip(found, *self.bounds)
@@ -217,7 +233,7 @@ class CellReach:
         return float(np.abs(shown - np.clip(shown, self._lower[knots:], self._upper[knots:])).max(initial=0.0))
 
     def _from_a_point(self, hessian: Array, linear: Array) -> tuple[Array, Array]:
-        """``_projected`` where the exact colors are at the end of what their lights can show, or nearly depend on each
+        """``_solved`` where the exact colors are at the end of what their lights can show, or nearly depend on each
         other: as a change from a point that has them, along independent rows, by piqp.
         """
         import piqp
@@ -266,21 +282,6 @@ class CellReach:
         if answer.status == UNBOUNDED:
             return np.full(knots, np.inf)
         return np.asarray(answer.x) if answer.status == 0 else None
-
-
-def _exact_color(pair: object) -> tuple[Illuminant, ArrayLike]:
-    found = sequence_of("an exact color", pair)
-    if len(found) != 2:
-        raise InvalidInputError(f"an exact color has {len(found)} parts; expected a light and its color")
-    return found[0], found[1]
-
-
-def _ends(color: ArrayLike) -> Array:
-    """Least and greatest color (2, 3) of an exact color or of a range."""
-    ends = np.array(color) if np.shape(color) == (2, 3) else np.zeros(0)
-    if ends.size and ends.dtype.kind in "fiu" and not np.isnan(ends).any() and np.all(ends[0] <= ends[1]):
-        return ends
-    return np.stack([frozen_array("exact color", color, (3,))] * 2)
 
 
 def whitened(matrix: Array) -> Array:

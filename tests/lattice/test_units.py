@@ -139,3 +139,20 @@ def test_the_engine_refuses_what_is_no_whole_number(call) -> None:
 
     with pytest.raises(InvalidInputError, match="expected"):
         call(LatticeEngine)
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-7, 1e-3, 1e9, 1e12])
+@pytest.mark.parametrize("p", [1.0, 2.0, math.inf])
+def test_a_cut_ball_of_any_size_is_filled(size: float, p: float) -> None:
+    """A cut ball smaller than 1e-7 was called too thin, and one larger than 1e8 unbounded."""
+    radii = size * np.array([1.0, 0.3, 0.5])
+    regions = (
+        lattice.ball(0.2 * radii, radii, p=p) & lattice.halfspaces([1.0 / radii], [0.4]),
+        lattice.ball(0.0 * radii, radii, p=p) & lattice.box(-0.5 * radii, 0.9 * radii),
+    )
+    for region in regions:
+        points = lattice.progressive_fill(region, 70, seed=2).points
+        assert points.shape == (70, 3)
+        assert region.contains(points).all()
+        extents = np.ptp(points, axis=0) / radii
+        assert extents.min() > 0.5 and extents.max() <= 2.0

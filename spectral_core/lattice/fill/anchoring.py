@@ -86,7 +86,10 @@ def _anchored_general(region: Region) -> Anchored:
     rows, bounds = region.rows, region.bounds
     if region.norm_ball is not None:
         outer = region.norm_ball.outer_rows()
-        rows, bounds = np.concatenate([rows, outer[0]]), np.concatenate([bounds, outer[1]])
+        # Of length 1, as the others: bounds are lengths then, and no unit makes a region too thin or unbounded.
+        lengths = np.linalg.norm(outer[0], axis=1)
+        rows = np.concatenate([rows, outer[0] / lengths[:, None]])
+        bounds = np.concatenate([bounds, outer[1] / lengths])
     _require_bounded(rows)
     # Near the origin and of size 1, for which the tolerances of the linear programs are made.
     shift = np.linalg.lstsq(rows, bounds, rcond=None)[0]
