@@ -89,9 +89,10 @@ class SPECTRAL_PT_material_dyes(bpy.types.Panel):
         layout.enabled = is_editable(material)
         for index, dye in enumerate(material.spectral.dyes):
             box = layout.box()
-            line = box.row(align=True)
-            line.prop(dye, "excitation_nm", text="In")
-            line.prop(dye, "emission_nm", text="Out")
+            line = box.row()
+            wavelengths = line.column(align=True)
+            wavelengths.prop(dye, "excitation_nm")
+            wavelengths.prop(dye, "emission_nm")
             line.operator("spectral.material_dye", text="", icon="X").index = index
             box.prop(dye, "amount", slider=True)
         layout.operator("spectral.material_dye", icon="ADD").index = -1

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import ast
+import re
+from pathlib import Path
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
@@ -35,6 +38,28 @@ def test_a_number_stays_on_the_line_of_its_unit() -> None:
         for line in layout.lines:
             assert not line.endswith(("ΔE", "633", "12", "550")), width
         assert " ".join(layout.lines).replace("\u00a0", " ") == text
+
+
+def test_labels_of_panels_keep_the_unit_of_a_setting(registered) -> None:
+    """The names of these settings end with a unit; wavelengths were called "Wavelengths", "To", "In" and "Out"."""
+    import blender_addon
+
+    units = {
+        (prop.identifier, found.group())
+        for group in bpy.types.PropertyGroup.__subclasses__() if group.__name__.startswith("Spectral")
+        for prop in group.bl_rna.properties if (found := re.search(r"\((nm|K|dB)\)", prop.name))
+    }  # fmt: skip
+    assert {("grid_start", "(nm)"), ("excitation_nm", "(nm)"), ("cct", "(K)")} <= units
+    labels = [
+        (str(node.args[1].value), text.value.value)
+        for file in (Path(blender_addon.__file__).parent / "panels").rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text("utf-8")))
+        if isinstance(node, ast.Call) and len(node.args) > 1 and isinstance(node.args[1], ast.Constant)
+        for text in node.keywords if text.arg == "text" and isinstance(text.value, ast.Constant)
+    ]  # fmt: skip
+    assert len(labels) > 20
+    assert not [(label, unit) for setting, unit in units for named, label in labels
+                if named == setting and unit not in label]  # fmt: skip
 
 
 def test_a_solution_that_no_view_can_show_names_the_render_engine(registered) -> None:

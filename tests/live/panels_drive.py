@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # ruff: noqa: E402
-"""Runs inside a Blender with a window and the extension: takes pictures of the texture and recipe panels.
+"""Runs inside a Blender with a window and the extension: takes pictures of the palette, texture and recipe panels.
 
 ``blender --factory-startup --python panels_drive.py``; SPECTRAL_OUT is a folder for pictures of the screen (made by
 ImageMagick's ``import``), SPECTRAL_IMAGES two image files, SPECTRAL_ONLY names of steps. Prints RESULT and JSON.
@@ -118,6 +118,26 @@ def possible():
     yield from shown("possible", "palette_view", "palette_cell_view")
 
 
+def targets():
+    """The pictures of docs/pictures/palette_targets.png, from left to right."""
+    yield from shown("targets_1", "palette_view")
+    for number, preset, cell, panel in (
+        (2, "METAMER_PAIR", (1, 1), "cell"), (3, "COLOR_CONSTANCY", (0, 1), "light"), (4, "", (0, 1), "weights"),
+    ):  # fmt: skip
+        if preset:
+            bpy.ops.spectral.palette_preset(preset=preset)
+            for row in palette().materials:
+                row.material = bpy.data.materials.new(row.name)
+        if preset == "METAMER_PAIR":
+            bpy.ops.spectral.palette_solve()
+            bpy.ops.spectral.palette_apply()
+        elif preset:
+            palette().lights[1].light = bpy.data.lights["First"]
+        bpy.ops.spectral.palette_select(row=cell[0], column=cell[1])
+        yield 3.0
+        yield from shown(f"targets_{number}", "palette_view", f"palette_{panel}_view")
+
+
 def recipe():
     found = bpy.context.scene.spectral.recipe
     for kind in ("LAMP", "PAINTS"):
@@ -204,7 +224,7 @@ def gallery():
 
 
 STEPS = {
-    "alternatives": alternatives, "paint": paint, "possible": possible, "recipe": recipe,
+    "targets": targets, "alternatives": alternatives, "paint": paint, "possible": possible, "recipe": recipe,
     "two": lambda: texture("TWO"), "one": lambda: texture("ONE"),
 }  # fmt: skip
 

@@ -77,9 +77,10 @@ def draw_paint(layout: UILayout, context: Context) -> None:
     head.label(text=f"Dyes of {material.name}", icon="LIGHT_SUN")
     head.operator("spectral.palette_dye", text="", icon="ADD").index = -1
     for index, dye in enumerate(material.dyes):
-        line = box.row(align=True)
-        line.prop(dye, "excitation_nm", text="In")
-        line.prop(dye, "emission_nm", text="Out")
+        line = box.row()
+        wavelengths = line.column(align=True)
+        wavelengths.prop(dye, "excitation_nm")
+        wavelengths.prop(dye, "emission_nm")
         line.operator("spectral.palette_dye", text="", icon="X").index = index
         if dye.amount > 0:
             box.label(text=f"Amount {dye.amount:.2f}")
@@ -87,7 +88,7 @@ def draw_paint(layout: UILayout, context: Context) -> None:
     hint.active = False
     wrapped(
         hint, context,
-        "A dye absorbs light and emits it at a longer wavelength. In Design, let the wavelengths begin below the "
-        "first. Apply to Scene gives materials their dyes, and rendering shows their light.",
+        "A dye absorbs light and emits it at a longer wavelength. In Design, let From be below the wavelength that it "
+        "absorbs. Apply to Scene gives materials their dyes, and rendering shows their light.",
         indent=60.0,
     )  # fmt: skip
