@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import os
 import subprocess
+import tempfile
+import threading
 from typing import Any
 
 LAST_BYTES = 4000
@@ -30,10 +32,23 @@ def output_of(log: Any, last: int | None = None) -> bytes:
     return content
 
 
-def last_words(log: Any) -> str:
-    """End of the output in a log, for an error message; "" without output."""
-    text = output_of(log, LAST_BYTES).decode("utf-8", "replace").strip()
-    return f"\nIts last words:\n{text}" if text else ""
+class Log:
+    """The output of a process, in a temporary ``file``. One thread may close it while another reads its end."""
+
+    def __init__(self) -> None:
+        self.file: Any = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        self._lock = threading.Lock()
+
+    def last_words(self) -> str:
+        """End of the output, for an error message; "" without output, or after the log is closed."""
+        with self._lock:
+            text = "" if self.file.closed else output_of(self.file, LAST_BYTES).decode("utf-8", "replace").strip()
+        return f"\nIts last words:\n{text}" if text else ""
+
+    def close(self) -> None:
+        """Close the file, which deletes it."""
+        with self._lock:
+            self.file.close()
 
 
 def ended(process: subprocess.Popen[Any]) -> tuple[int, str]:

@@ -81,4 +81,4 @@ def test_cancel_keeps_the_rendered_samples_and_ends_soon(endless, shown, monkeyp
     record = jobs.records[-1]
     assert record.status == "cancelled" and record.samples >= 3
     assert np.isfinite(record.result.pixels).all() and record.result.pixels[..., :3].any()
-    assert answered - asked[0] < 5, "half a second is promised past the pass in flight; this only guards against hours"
+    assert answered - asked[0] < 60, "half a second is promised past the pass in flight; this only guards against hours"

@@ -79,7 +79,7 @@ def operator(blender):
 
 def finished(operator, context):
     """The result after the last timer event."""
-    for _ in range(200):
+    for _ in range(6000):
         found = operator.modal(context, TIMER)
         if found != {"PASS_THROUGH"}:
             return found

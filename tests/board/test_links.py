@@ -151,7 +151,7 @@ def test_the_server_ignores_bad_packets_and_closes_at_once() -> None:
         _wait(lambda: board.received == 2 and link.ignored == 3)
     start = time.monotonic()
     link.close()
-    assert time.monotonic() - start < 5
+    assert time.monotonic() - start < 20  # the bundle is due after 25 s
 
 
 @pytest.mark.parametrize("port", [70000, -1])

@@ -197,14 +197,14 @@ def test_the_count_of_a_display_reads_no_rows(tmp_path: Path) -> None:
     assert count.read() == 20_000
     ledger.add([("last", {"a": 0.5})])
     ledger.commit("last", outcome, {}, 0.1)
-    took, start = [], 0.0
+    took = []
     for _ in range(9):
-        start = time.perf_counter()
+        start = time.thread_time()  # not of other programs
         assert count.read() == 20_001
-        took.append(time.perf_counter() - start)
-    start = time.perf_counter()
+        took.append(time.thread_time() - start)
+    start = time.thread_time()
     assert len(ledger.rows("done")) == 20_001
-    assert max(took) < (time.perf_counter() - start) / 20
+    assert max(took) < (time.thread_time() - start) / 20
     query = "EXPLAIN QUERY PLAN SELECT COUNT(*) FROM points WHERE state = 'done'"
     assert "COVERING INDEX" in ledger._connection.execute(query).fetchone()[-1]
     with ledger.transaction():

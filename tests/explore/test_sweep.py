@@ -114,20 +114,19 @@ def test_a_failing_point_is_tried_twice_then_listed_and_the_rest_is_complete(tmp
     assert any("signal 11" in (row.reason or "") for row in failed)
 
 
-def test_a_killed_worker_loses_only_its_point() -> None:
-    with WorkerPool(2) as pool:
-        slow = [pool.submit(time.sleep, 30.0), pool.submit(time.sleep, 0.0)]
-        slow[1].result(timeout=60)
-        deadline = time.monotonic() + 60
-        while len(pool.process_ids()) < 2 and time.monotonic() < deadline:
-            time.sleep(0.05)
-        import os
+def test_a_killed_worker_loses_only_its_point(tmp_path: Path) -> None:
+    import os
 
-        while not slow[0].running():
-            time.sleep(0.01)
-        os.kill(pool.process_ids()[slow[0].worker if hasattr(slow[0], "worker") else 0], signal.SIGKILL)
+    mark = tmp_path / "number of the process"  # either worker may take the point
+    code = f"import os, pathlib, time; pathlib.Path({str(mark)!r}).write_text(str(os.getpid())); time.sleep(600)"
+    with WorkerPool(2) as pool:
+        slow, quick = pool.submit(exec, code), pool.submit(time.sleep, 0.0)
+        quick.result(timeout=60)
+        while not (mark.exists() and mark.read_text()):
+            time.sleep(0.02)
+        os.kill(int(mark.read_text()), signal.SIGKILL)
         with pytest.raises(WorkerDied, match="signal 9"):
-            slow[0].result(timeout=60)
+            slow.result(timeout=60)
         assert pool.submit(pow, 2, 10).result(timeout=60) == 1024
 
 

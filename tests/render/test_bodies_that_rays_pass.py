@@ -64,7 +64,7 @@ def test_opaque_bodies_stay_where_they_stand(hidden):
 
 
 def test_thousands_of_transparent_bodies_take_little_time():
-    from time import perf_counter
+    from time import thread_time
 
     scene = scene_of(0.0)
     box = next(item for item in scene.instances if item.name == "box 0")
@@ -73,6 +73,6 @@ def test_thousands_of_transparent_bodies_take_little_time():
         replace(box, name=f"leaf {k}", world_from_object=at(x, y, 0.2, (0.3, 0.3, 0.2)))
         for k, (x, y) in enumerate(places)
     )
-    start = perf_counter()
+    start = thread_time()
     with_borders_apart(replace(scene, instances=scene.instances + many))
-    assert perf_counter() - start < 5.0
+    assert thread_time() - start < 5.0

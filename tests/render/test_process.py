@@ -62,7 +62,7 @@ def test_cancel_returns_the_finished_samples(process):
 
 
 def test_cancel_ends_soon(process):
-    """Measures elapsed time with a wide margin: the limit is the grace period plus the end of the process."""
+    """Measures elapsed time with a wide margin, as the machine may be busy: the render would take hours."""
     started = []
 
     def stop():
@@ -72,7 +72,7 @@ def test_cancel_ends_soon(process):
 
     result = process.render(replace(ENDLESS, film=Film(1024, 1024, samples=1 << 20)), should_stop=stop)
     assert result.status == "cancelled"
-    assert time.monotonic() - started[0] < 0.5 + CANCEL_GRACE_S + 5
+    assert time.monotonic() - started[0] < 0.5 + CANCEL_GRACE_S + PATIENCE_S
 
 
 def test_a_killed_process_is_an_error_and_the_next_render_works(process):
@@ -92,7 +92,8 @@ def test_a_killed_process_is_an_error_and_the_next_render_works(process):
 def test_a_process_that_died_between_renders_is_replaced(process):
     process.render(SMALL)
     os.kill(process.process_id, signal.SIGKILL)
-    time.sleep(0.1)
+    while process.process_id is not None:  # the system needs a moment, longer if it is busy
+        time.sleep(0.01)
     assert process.render(SMALL).status == "done"
 
 

@@ -14,7 +14,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -22,7 +21,7 @@ from concurrent.futures import Executor, Future
 from typing import Any
 
 from spectral_core import child
-from spectral_core.child.ending import ended, last_words
+from spectral_core.child.ending import Log, ended
 from spectral_core.errors import RenderError
 from spectral_core.render.process.messages import receive, send
 
@@ -178,7 +177,7 @@ class _Process:
     """One worker process and its pipes."""
 
     def __init__(self, command: Sequence[str], threads: int | None) -> None:
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        self._log = Log()
         self._ending = threading.Lock()
         # Swept functions may be in folders that only this process searches, such as beside a script. These folders come
         # last, so that no file in them hides a library.
@@ -191,7 +190,7 @@ class _Process:
             environment["SPECTRAL_SCENE_THREADS"] = str(threads)
         try:
             self.process = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log, env=environment,
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._log.file, env=environment,
                 creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0), start_new_session=True,
             )  # fmt: skip
         except OSError as error:
@@ -227,7 +226,7 @@ class _Process:
                 if not byte:
                     death = self._death("before it was ready")
                     if late.is_set():  # no kill from outside, after which it is started again
-                        raise WorkerDied(f"a worker was not ready within {START_LIMIT_S:g} s{self._last_words()}")
+                        raise WorkerDied(f"a worker was not ready within {START_LIMIT_S:g} s{self._log.last_words()}")
                     raise death
                 seen = (seen + byte)[-len(MARKER) :]
         finally:
@@ -253,12 +252,7 @@ class _Process:
     def _death(self, when: str) -> WorkerDied:
         code, how = ended(self.process)
         self._kill_group()
-        return WorkerDied(f"a worker {how} {when}{self._last_words()}", max(0, -code))
-
-    def _last_words(self) -> str:
-        with contextlib.suppress(ValueError):  # another thread has ended the process and closed the log
-            return last_words(self._log)
-        return ""
+        return WorkerDied(f"a worker {how} {when}{self._log.last_words()}", max(0, -code))
 
     def _kill_group(self) -> None:
         """End programs that the process has started, which would compute on for a point that nobody awaits.
@@ -283,5 +277,4 @@ class _Process:
             if stream is not None:
                 with contextlib.suppress(OSError, ValueError):  # ValueError: another thread closed it
                     stream.close()
-        with contextlib.suppress(ValueError):
-            self._log.close()
+        self._log.close()

@@ -7,7 +7,6 @@ import atexit
 import contextlib
 import queue
 import subprocess
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -17,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core import child, errors
-from spectral_core.child.ending import ended, last_words
+from spectral_core.child.ending import Log, ended
 from spectral_core.errors import RenderError
 from spectral_core.render.cost.asked import is_asked
 from spectral_core.render.cost.curve import CostCurve
@@ -193,7 +192,7 @@ class Worker:
     def __init__(self, python: str, module: str = "spectral_core.render.process.worker", *, niceness: int = 0) -> None:
         self.idle = True
         self._is_ended = False
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
+        self._log = Log()
         flags = getattr(subprocess, "CREATE_NO_WINDOW", 0)
         if niceness:
             flags |= getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0)  # Windows
@@ -202,7 +201,7 @@ class Worker:
                 child.command(python, module, str(niceness)),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
-                stderr=self._log,
+                stderr=self._log.file,
                 env=child.environment(),
                 creationflags=flags,
             )
@@ -214,7 +213,7 @@ class Worker:
         try:
             if self.next_message(START_LIMIT_S) is None:
                 raise RenderError(
-                    f"the render process did not answer within {START_LIMIT_S:g} s{last_words(self._log)}"
+                    f"the render process did not answer within {START_LIMIT_S:g} s{self._log.last_words()}"
                 )
         except BaseException:  # also of Ctrl-C
             self.end()
@@ -270,7 +269,7 @@ class Worker:
         hint = "; it may have run out of memory" if code == -9 else ""
         return ProcessEnded(
             f"the render process {how}{hint}. Nothing else is lost; rendering again starts a new one."
-            f"{last_words(self._log)}"
+            f"{self._log.last_words()}"
         )
 
     def end(self) -> None:
