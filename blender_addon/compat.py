@@ -146,6 +146,12 @@ def light_temperature_k(light: Any) -> float | None:
     return float(light.temperature) if getattr(light, "use_temperature", False) else None
 
 
+def switch_temperature_off(light: Any) -> None:
+    """Let a light have its color alone; before 4.5 it always has."""
+    if hasattr(light, "use_temperature"):
+        light.use_temperature = False
+
+
 def set_image_format(settings: Any, file_format: str, **options: Any) -> None:
     """Choose how a render is saved: from 5.0 on the type of media must be set before the format."""
     if hasattr(settings, "media_type"):

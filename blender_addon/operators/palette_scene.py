@@ -39,6 +39,8 @@ class SPECTRAL_OT_palette_from_scene(Solving, bpy.types.Operator):
             raise InvalidInputError(
                 f"this scene has {len(lights)} lights and {len(materials)} materials; a palette needs one of each"
             )
+        for block in [*list(lights)[:MOST], *materials[:MOST]]:
+            from_scene.begun_with(block)  # raises before anything is changed
         palette = palette_in(context)
         table.clear(palette)
         with table.paused():

@@ -54,6 +54,32 @@ def test_a_lamp_gets_the_color_of_its_spectrum(blender, name):
         assert red > 2 * green > 10 * blue if name == "HP1" else blue > 5 * max(red, green)
 
 
+def test_a_temperature_does_not_tint_the_color_of_a_spectrum(blender):
+    """EEVEE and Cycles multiply both, so that the color of a sodium lamp was reddened once more."""
+    from blender_addon.translate.palette.apply import store_colors
+    from spectral_core.spectra.catalogue import illuminant
+
+    lamps = [blender.data.lights.new("lamp", "POINT") for _ in range(2)]
+    if not hasattr(lamps[1], "use_temperature"):
+        pytest.skip("lamps have no temperature before 4.5")
+    lamps[1].use_temperature, lamps[1].temperature = True, 2700.0
+    for lamp in lamps:
+        store_spectrum(lamp.spectral, illuminant("HP1"))
+        store_colors(lamp)
+    shown = [np.array(lamp.color) * (lamp.temperature_color if lamp.use_temperature else 1.0) for lamp in lamps]
+    np.testing.assert_allclose(shown[1], shown[0], rtol=1e-6)
+
+
+def test_an_exposure_at_its_limit_is_restored(blender, scene):
+    palette, view = scene.spectral.palette, scene.view_settings
+    palette.brightness, view.exposure = 5.0, 31.0
+    blender.ops.spectral.palette_apply()
+    assert view.exposure == 32.0
+    palette.level_to = "LIGHTS"
+    blender.ops.spectral.palette_apply()
+    assert view.exposure == pytest.approx(31.0, abs=1e-5)
+
+
 def test_apply_keeps_the_power_of_lamps_and_sets_the_exposure_of_the_view(blender, scene):
     palette = scene.spectral.palette
     palette.brightness = 5.0

@@ -241,3 +241,26 @@ def test_the_scene_supplies_lights_and_materials_with_their_colors(blender):
     blender.data.materials["blue"].spectral.catalogue_name = "blue"
     blender.ops.spectral.palette_from_scene()
     assert {material.name: material.design for material in palette.materials} == {"red": "DESIGNED", "blue": "MEASURED"}
+
+
+def test_what_cannot_be_read_leaves_the_table_as_it_was(blender):
+    """Half a column stayed, and From This Scene had removed the table before."""
+    blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    palette = blender.context.scene.spectral.palette
+    lamp = blender.data.lights.new("Broken", "POINT")
+    lamp.spectral.source, lamp.spectral.filepath = "FILE", "/nowhere.csv"
+    paint = blender.data.materials.new("Unknown")
+    paint.spectral.source, paint.spectral.catalogue_name = "CATALOGUE", "no such surface"
+    shown = blender.data.objects.new("Shown", blender.data.meshes.new("Shown"))
+    shown.data.materials.append(paint)
+    holders = {"Broken": blender.data.objects.new("Broken", lamp), "Unknown": shown}
+    before = [*palette.lights.keys(), *palette.materials.keys(), palette.status, palette.is_stale]
+    for name, side in (("Broken", "LIGHT"), ("Unknown", "MATERIAL")):
+        blender.context.scene.collection.objects.link(holders[name])
+        blender.context.view_layer.objects.active = holders[name]
+        with pytest.raises(RuntimeError, match=f"the spectrum of '{name}' is empty"):
+            blender.ops.spectral.palette_add(side=side)
+    with pytest.raises(RuntimeError, match="the spectrum of 'Broken' is empty"):
+        blender.ops.spectral.palette_from_scene()
+    assert [*palette.lights.keys(), *palette.materials.keys(), palette.status, palette.is_stale] == before
+    assert {len(row.cells) for row in palette.materials} == {2}

@@ -66,8 +66,9 @@ def designed(entry: PropertyGroup, level: float) -> tuple[Spectrum, float]:
 def store_colors(target: ID) -> None:
     """Give a material or light the color of its spectrum, which Solid mode and EEVEE show.
 
-    A material gets its color under D65; a light that of its own light, at the luminance of white. Linked inputs
-    and worlds stay unchanged. A color outside of sRGB is replaced by the nearest without negative channels.
+    A material gets its color under D65; a light that of its own light, at the luminance of white, without a color
+    temperature beside it. Linked inputs and worlds stay unchanged. A color outside of sRGB is replaced by the nearest
+    without negative channels.
     """
     if not isinstance(target, (bpy.types.Light, bpy.types.Material)):
         return
@@ -81,6 +82,7 @@ def store_colors(target: ID) -> None:
     color = np.maximum(rgb if matrix is None else np.linalg.solve(matrix, rgb), 0.0)
     if isinstance(target, bpy.types.Light):
         target.color = color
+        compat.switch_temperature_off(target)  # it would tint the color
         return
     painted = (*np.minimum(color, 1.0), 1.0)
     target.diffuse_color = painted
@@ -101,6 +103,7 @@ def _main_colors(material: bpy.types.Material) -> Iterator[NodeSocket]:
 
 def expose(scene: Scene, level: float) -> None:
     """Set the view's exposure for the palette's colors; the change of an earlier call is removed first."""
-    palette, stops = scene.spectral.palette, math.log2(level)
-    scene.view_settings.exposure += stops - palette.applied_exposure
-    palette.applied_exposure = stops
+    palette, view = scene.spectral.palette, scene.view_settings
+    own = view.exposure - palette.applied_exposure
+    view.exposure = own + math.log2(level)
+    palette.applied_exposure = view.exposure - own  # Blender limits the exposure

@@ -7,6 +7,7 @@ from bpy.types import PropertyGroup
 from numpy.typing import NDArray
 
 from spectral_core.spectra.color import display_rgb_from_linear
+from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
 from ..shading.tree import MOST_HOPS, Input, Output, linked, surface_output
@@ -15,13 +16,17 @@ from . import table
 
 
 def add_light(palette: PropertyGroup, lamp: bpy.types.Light | None, name: str = "") -> PropertyGroup:
-    """A measured column with the spectrum of the light; daylight without a light, or if it has no spectrum."""
+    """A measured column with the spectrum of the light; daylight without a light, or if it has no spectrum.
+
+    Raises InvalidInputError, with the table unchanged, if the light's spectrum cannot be read.
+    """
+    spectrum = begun_with(lamp)
     column = table.add_light(palette, name or (lamp.name if lamp else "Light"))
     column.light = lamp
     if lamp is not None and lamp.spectral.source == "CATALOGUE":
         column.spectral.catalogue_name = lamp.spectral.catalogue_name
-    elif lamp is not None and lamp.spectral.source != "NONE":
-        store_spectrum(column.spectral, carried_spectrum(lamp))
+    elif spectrum is not None:
+        store_spectrum(column.spectral, spectrum)
     if len(palette.lights) == 1:
         for row in palette.materials:
             if row.material is not None and row.design == "DESIGNED":
@@ -32,15 +37,27 @@ def add_light(palette: PropertyGroup, lamp: bpy.types.Light | None, name: str = 
 def add_material(palette: PropertyGroup, material: bpy.types.Material | None, name: str = "") -> PropertyGroup:
     """A row for a material: measured if it has a measured spectrum, else designed to keep its color under the first
     light. Without a material, a row without a request.
+
+    Raises InvalidInputError, with the table unchanged, if the material's measured spectrum cannot be read.
     """
+    spectrum = begun_with(material)
     row = table.add_material(palette, name or (material.name if material else "Material"))
     row.material = material
-    if material is not None and material.spectral.source in ("CATALOGUE", "FILE"):
+    if spectrum is not None:
         row.design = "MEASURED"
-        store_spectrum(row.spectral, carried_spectrum(material))
+        store_spectrum(row.spectral, spectrum)
     elif material is not None:
         _keep_color(row)
     return row
+
+
+def begun_with(block: bpy.types.Light | bpy.types.Material | None) -> Spectrum | None:
+    """The measured spectrum that a column or row for a light or material begins with, None without one.
+
+    Raises InvalidInputError if it cannot be read.
+    """
+    known = ("CATALOGUE", "FILE", "DESIGNED") if isinstance(block, bpy.types.Light) else ("CATALOGUE", "FILE")
+    return carried_spectrum(block) if block is not None and block.spectral.source in known else None
 
 
 def _keep_color(row: PropertyGroup) -> None:
