@@ -120,7 +120,7 @@ def _of_modifier(modifier: Modifier) -> dict[str, Any]:
 
 def _plain(block: Any, only: str = "") -> dict[str, Any]:
     """The plain values of a block, and the names of the data-blocks that it uses. ``only``: a part of the names."""
-    return {name: _value(getattr(block, name)) for name in _names(type(block), only)}
+    return {name: _value(getattr(block, name)) for name in _names(type(block).__name__, only)}
 
 
 def _value(value: Any) -> Any:
@@ -132,10 +132,11 @@ def _value(value: Any) -> Any:
 
 
 @cache
-def _names(kind: type, only: str) -> tuple[str, ...]:
+def _names(kind: str, only: str) -> tuple[str, ...]:
     """Names of the plain properties of a type, and of its pointers; a scene may have thousands of modifiers."""
+    properties = getattr(bpy.types, kind).bl_rna.properties
     of_all = {*OF_THE_INTERFACE, *bpy.types.ID.bl_rna.properties.keys()}
-    own = [each for each in kind.bl_rna.properties if only in each.identifier and each.identifier not in of_all]  # type: ignore[attr-defined]
+    own = [each for each in properties if only in each.identifier and each.identifier not in of_all]
     used = [each for each in own if each.type == "POINTER" or (each.type in PLAIN and not each.is_readonly)]
     return tuple(each.identifier for each in used if not each.identifier.startswith(OF_VIEWS))
 
