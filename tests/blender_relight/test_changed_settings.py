@@ -152,3 +152,22 @@ def test_the_picture_has_the_exposure_and_adaptation_of_the_look_as_a_render_has
     look.lamp = "D50"
     bpy.ops.spectral.dial_check()
     assert stage.spectral.dial.changes == "the look was changed"
+
+
+def test_an_update_of_the_scene_is_compared_only_where_its_settings_have_changed(stage):
+    from types import SimpleNamespace
+
+    from blender_addon.editing.dial import changes
+
+    updated = SimpleNamespace(view_layer=stage.view_layers[0], updates=[SimpleNamespace(id=stage)])
+    changes._has_new_settings(stage, updated)  # the first update of a session
+    stage.spectral.dial.selector = (0.3, 0.2)
+    assert not changes._has_new_settings(stage, updated)
+    stage.cycles.diffuse_bounces = 0
+    assert changes._has_new_settings(stage, updated)
+    assert not changes._has_new_settings(stage, updated)
+    stage.render.use_border = stage.render.use_crop_to_border = True
+    stage.render.border_min_x = stage.render.border_max_x = 0.5  # an empty border, which is no error here
+    assert changes._has_new_settings(stage, updated)
+    other = SimpleNamespace(view_layer=stage.view_layers[0], updates=[SimpleNamespace(id=bpy.data.lights["Key"])])
+    assert not changes._has_new_settings(stage, other)

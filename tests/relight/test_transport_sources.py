@@ -187,7 +187,7 @@ def test_the_notes_of_the_render_belong_to_the_recording() -> None:
     bells = [Spectrum(name, grid, np.array(v)) for name, v in (("in", [0.0, 1, 0, 0, 0]), ("out", [0.0, 0, 0, 1, 0]))]
     dye = FluorescentDye("dye", *bells)
     scene = _scene(_lamp("a"), surface=Fluorescent(gray(0.2), (dye,), (0.5,)), film=Film(3, 3, samples=2))
-    notes = [note.message for note in record_transport(scene, BandStorage(31)).notes]
+    notes = [note.message for note in render_scene(scene, groups=True, bands=BandStorage(31).measured()).notes]
     assert any("the stored bands hold for lamps of the spectra" in note for note in notes)
     catcher = replace(scene.instances[0], is_shadow_catcher=True)
     shadowed = replace(_scene(_lamp("a"), film=Film(3, 3, samples=2)), instances=(catcher,))

@@ -243,7 +243,10 @@ def _has_new_settings(scene: Scene, depsgraph: Depsgraph) -> bool:
     layer = scene.view_layers.get(depsgraph.view_layer.name)
     if layer is None or not any(isinstance(each.id, Scene) for each in depsgraph.updates):
         return False
-    found = scene_hash(list(settings_parts(scene, layer).values())), look_matrix(scene).tobytes()
+    try:
+        found = scene_hash(list(settings_parts(scene, layer).values())), look_matrix(scene).tobytes()
+    except SpectralError:  # the comparison reports it
+        return True
     before = _settings.get(scene.session_uid)
     _settings[scene.session_uid] = found
     if before is not None and before[1] != found[1]:

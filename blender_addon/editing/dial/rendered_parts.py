@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
+from functools import cache
 from typing import Any
 
 import bpy
@@ -119,18 +120,25 @@ def _of_modifier(modifier: Modifier) -> dict[str, Any]:
 
 def _plain(block: Any, only: str = "") -> dict[str, Any]:
     """The plain values of a block, and the names of the data-blocks that it uses. ``only``: a part of the names."""
-    found: dict[str, Any] = {}
-    for each in block.bl_rna.properties:
-        name = each.identifier
-        is_own = name not in OF_THE_INTERFACE and name not in bpy.types.ID.bl_rna.properties
-        if only not in name or not is_own or name.startswith(OF_VIEWS):
-            continue
-        value = getattr(block, name) if each.type == "POINTER" or not each.is_readonly else None
-        if isinstance(value, bpy.types.ID):
-            found[name] = value.name
-        elif each.type in PLAIN and value is not None:
-            found[name] = list(value) if getattr(each, "is_array", False) else value
-    return {name: sorted(value) if isinstance(value, set) else value for name, value in found.items()}
+    return {name: _value(getattr(block, name)) for name in _names(type(block).__name__, only)}
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, bpy.types.ID):
+        return value.name
+    if value is None or isinstance(value, (str, bool, int, float)):
+        return value
+    return sorted(value) if isinstance(value, set) else list(value) if isinstance(value, Iterable) else None
+
+
+@cache
+def _names(kind: str, only: str) -> tuple[str, ...]:
+    """Names of the plain properties of a type, and of its pointers; a scene may have thousands of modifiers."""
+    properties = getattr(bpy.types, kind).bl_rna.properties
+    of_all = {*OF_THE_INTERFACE, *bpy.types.ID.bl_rna.properties.keys()}
+    own = [each for each in properties if only in each.identifier and each.identifier not in of_all]
+    used = [each for each in own if each.type == "POINTER" or (each.type in PLAIN and not each.is_readonly)]
+    return tuple(each.identifier for each in used if not each.identifier.startswith(OF_VIEWS))
 
 
 PLAIN = ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import require_kind, require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
 from spectral_core.render.light_groups import emits, is_black, is_of_world, light_groups, shines, world_varies
+from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.render.relight.groups import group_light, one_group_per_light
 from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.sampling import sampling_lights
@@ -94,6 +95,10 @@ class Transport:
         return self.groups.index(group)
 
 
+DYES = (
+    "the scene has fluorescent dyes, whose light depends on the lamps at other wavelengths: from bands or Exact their "
+    "surfaces would have a wrong color under every lamp; record Mixtures ('dial'), which are right"
+)
 CLAMPED = (
     "samples are clamped as under the recorded light, so that a render of another mixture may be darker or brighter; "
     "set Clamping (Direct and Indirect Light) to 0 and record again"
@@ -135,8 +140,8 @@ def record_transport(
     Raises
     ------
     InvalidInputError
-        For a scene without light, with too many lights, or a machine without the memory; for a ``kept`` transport of
-        another size, storage or number of samples.
+        For a scene without light, with too many lights, or a machine without the memory; for fluorescent dyes and a
+        storage that keeps spectra; for a ``kept`` transport of another size, storage or number of samples.
     RenderCancelled
         Where it was stopped.
     """
@@ -158,6 +163,8 @@ def record_transport(
         options.setdefault("sampling_lights", sampling_lights(lights, storage))
     require_memory(storage, scene.film.size, len(names))
     recorded = under_flat_light(grouped) if storage.keeps_spectra else grouped
+    if storage.keeps_spectra and plan_from_data(recorded).is_on("fluorescence"):
+        raise InvalidInputError(DYES)
     if scene.film.exposure == 0:  # a black picture tells nothing about the light
         recorded = replace(recorded, film=replace(scene.film, exposure=1.0))
     reused = _reused(kept, again, scene, storage)
