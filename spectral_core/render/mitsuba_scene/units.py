@@ -35,8 +35,8 @@ Array = NDArray[np.float64]
 _T = TypeVar("_T")
 
 SMALLEST_RADIUS = 0.05
-"""Radius below which a scene is scaled. Large scenes are not: a single distant object would shrink all others to
-nothing, and offsets of rays grow with the coordinates anyway.
+"""Radius, or typical size, below which a scene is scaled. Large scenes are not: a single distant object would shrink
+all others to nothing, and offsets of rays grow with the coordinates anyway.
 """
 
 
@@ -55,37 +55,53 @@ COARSE = 0.005
 """Share of a scene's size that 32-bit numbers may be apart without a note."""
 
 
-def at_origin(scene: Scene) -> tuple[Scene, Array]:
-    """The scene moved to the origin if it is far away, and the point (3,) of it that is there then."""
-    shift, size = _far_center(scene)
-    if not shift.any():
-        return scene, shift
+def at_origin(scene: Scene, kept: Array | None = None) -> tuple[Scene, Array]:
+    """The scene moved to the origin if it is far away, and the point (3,) of it that is there then: ``kept`` if that
+    is near enough.
+    """
+    center, distance, size = _layout(scene)
+    if not (distance > NEAR and distance > FAR_IN_SIZES[0 if distance > FAR else 1] * size):
+        return scene, np.zeros(3)
+    stays = kept is not None and kept.any() and np.linalg.norm(center - kept) <= FAR_IN_SIZES[0] * size
+    shift = kept if kept is not None and stays else np.round(center)
     step = float(np.spacing(np.float32(np.abs(shift).max())))
-    if step > COARSE * size:
+    if step > COARSE * typical_size(scene):
         place = f"it is {np.linalg.norm(shift):.2g} units from the origin"
         text = f"{place}, where Blender's 32-bit numbers are {step:.1g} apart; move it toward the origin"
         scene = replace(scene, notes=(*scene.notes, Note("Scene", text)))
     return moved(scene, shift), shift
 
 
-def _far_center(scene: Scene) -> tuple[Array, float]:
-    """The middle (3,) of what is large in the picture, rounded, and its size; zeros if the origin is not far away."""
+def typical_size(scene: Scene) -> float:
+    """Size of what is large in the picture: of single objects and their distances; infinite without any."""
+    return _layout(scene, around=False)[2]
+
+
+def _layout(scene: Scene, *, around: bool = True) -> tuple[Array, float, float]:
+    """Middle (3,) of what is large in the picture, its distance from the origin and its size.
+
+    Each object counts by the square of its angle in the picture, at its point that is nearest to the camera.
+    ``around``: also those that the camera is in.
+    """
     eye = scene.camera.world_from_camera[:3, 3]
     boxes = [box for box in placed_boxes(scene.meshes, scene.instances) if len(box) and np.isfinite(box).all()]
     if not boxes:
-        return np.zeros(3), 0.0
+        return np.zeros(3), 0.0, np.inf
     corners = np.stack(boxes)
     low, high = corners.min(axis=1), corners.max(axis=1)
     nearest = np.clip(eye, low, high)
     away, radius = np.linalg.norm(nearest - eye, axis=1), np.linalg.norm(high - low, axis=1) / 2
-    weights = np.ones(len(boxes))
+    if not around:
+        outside = away > 0
+        if not outside.any():
+            return np.zeros(3), 0.0, np.inf
+        nearest, away, radius = nearest[outside], away[outside], radius[outside]
+    weights = np.ones(len(away))
     if scene.camera.kind != "orthographic":
         weights = np.minimum(1.0, (radius + 1e-9) / np.maximum(away, 1e-9)) ** 2
     center = np.array([_median(nearest[:, axis], weights) for axis in range(3)])
     sizes = np.linalg.norm(nearest - center, axis=1) + np.minimum(radius, away)
-    distance, size = _median(np.linalg.norm(nearest, axis=1), weights), _median(sizes, weights)
-    is_far = distance > NEAR and distance > FAR_IN_SIZES[0 if distance > FAR else 1] * size
-    return np.round(center) if is_far else np.zeros(3), size
+    return center, _median(np.linalg.norm(nearest, axis=1), weights), _median(sizes, weights)
 
 
 def _median(values: Array, weights: Array) -> float:
