@@ -19,7 +19,7 @@ from spectral_core.render.mitsuba_scene.fluorescent import emission_spectra, rer
 from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.mitsuba_scene.traced_spectra import color_spectra, light_spectra, reflectance_spectra
-from spectral_core.render.mitsuba_scene.units import in_working_units
+from spectral_core.render.mitsuba_scene.units import in_working_units, typical_size
 from spectral_core.render.passes.light_path import Groups, light_pass_class
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import take_inventory
@@ -89,10 +89,11 @@ class RenderJob:
 
     def __init__(self, scene: Scene, plan: EffectPlan, measure: Measure = Measure()) -> None:
         radius = scene_radius(scene)
+        size = min(radius, typical_size(scene))
         simulated, self.plan, joining = with_volumes(scene, plan)
         plan = self.plan
-        self.scene = in_working_units(simulated, radius)
-        self._unit = 1.0 if self.scene is simulated else 1.0 / radius
+        self.scene = in_working_units(simulated, size)
+        self._unit = 1.0 if self.scene is simulated else 1.0 / size
         backend = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant)
         self.variant = backend.variant
         self._mitsuba = activate(backend)

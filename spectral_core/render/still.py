@@ -19,6 +19,7 @@ from spectral_core.render.cost.model import Prediction
 from spectral_core.render.cost.work import Meter
 from spectral_core.render.denoise import denoise, denoise_planes, denoiser_name, require_denoiser
 from spectral_core.render.job import Measure, RenderJob
+from spectral_core.render.mitsuba_scene.units import at_origin, moved_back
 from spectral_core.render.moving import render_moving
 from spectral_core.render.plan.effects import EffectPlan, pilot_pays, plan_effects
 from spectral_core.render.steps import pass_sizes
@@ -127,6 +128,7 @@ def render_scene(
     MissingDependencyError if the scene requires a denoiser and there is none.
     """
     require_scene(scene)
+    scene, shift = at_origin(scene)
     measure = Measure(bands, groups, sampling_lights)
 
     def instant(
@@ -143,6 +145,8 @@ def render_scene(
         if scene.moments
         else caught(scene, on_progress, should_stop)
     )
+    if shift.any() and "Position" in made.passes:
+        made.passes["Position"] = moved_back(made.passes["Position"], shift)
     return made
 
 

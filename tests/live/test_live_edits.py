@@ -232,3 +232,26 @@ def test_a_scene_that_is_dropped_is_freed(scene: Scene) -> None:
     finally:
         gc.enable()
     assert loaded() is None
+
+
+def _far(scene: Scene, place: tuple[float, float, float]) -> Scene:
+    """The scene moved as a whole."""
+    there = at(*place)
+    return replace(
+        scene,
+        camera=replace(scene.camera, world_from_camera=there @ scene.camera.world_from_camera),
+        instances=tuple(replace(item, world_from_object=there @ item.world_from_object) for item in scene.instances),
+        lights=tuple(replace(item, world_from_light=there @ item.world_from_light) for item in scene.lights),
+    )
+
+
+def test_a_view_far_from_the_origin_is_that_of_the_scene_at_the_origin(scene: Scene) -> None:
+    """Rays start far off their surfaces there: contact shadows were gone."""
+    lamp = PointLight(name="lamp", world_from_light=at(0, -2, 3), power_w=500.0, radius=0.3)
+    near, stage = lit_by(scene, lamp), Stage()
+    brighter = lit_by(scene, replace(lamp, power_w=700.0, world_from_light=at(1, -2, 3)))
+    for now in (near, brighter):
+        far = _far(now, (20_000.0, -3_000.0, 500.0))
+        off = ~np.isclose(_pictured(stage, far), _pictured(Stage(), now), rtol=0.02, atol=5e-3)
+        assert off.mean() < 0.003, "but for single samples at outlines"
+    assert stage.loads == 1

@@ -21,6 +21,7 @@ from spectral_core.render.cost.probe import Probe
 from spectral_core.render.cost.rare import find_rare_light
 from spectral_core.render.cost.work import Spent
 from spectral_core.render.job import RenderJob
+from spectral_core.render.mitsuba_scene.units import at_origin
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.scene import Scene, require_scene
 
@@ -84,6 +85,7 @@ def cost_curve(scene: Scene) -> CostCurve:
     """
     start = time.perf_counter()
     require_scene(scene)
+    scene, _ = at_origin(scene)
     plan = plan_of_render(scene)
     fixed = fixed_work(scene, plan)  # while no other scene is loaded, as in a render: its kernels are then the same
     probe = Probe(RenderJob(scene, plan))

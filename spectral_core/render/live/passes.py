@@ -22,7 +22,7 @@ from spectral_core.render.lens.camera_rays import across_lens
 from spectral_core.render.lens.panorama import DrJitMath, direction_by
 from spectral_core.render.live.held import held, lay_open
 from spectral_core.render.live.in_place.transplant import transplant
-from spectral_core.render.live.view import NUMBERS, PLAIN_NUMBERS
+from spectral_core.render.live.view import NUMBERS, PLAIN_NUMBERS, Viewpoint
 from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
 from spectral_core.render.trace.guides import first_seen, guide_wavelengths
 from spectral_core.render.trace.measure.spectral_measure import Drawn, SpectralMeasure
@@ -58,11 +58,13 @@ def _no_collection() -> Iterator[None]:
 class Launcher(Accumulator):
     """Traces launches of one loaded scene; all of its views share the recording."""
 
-    def __init__(self, loaded: Loaded, film: Film, unit: float, *, has_guides: bool = True) -> None:
+    def __init__(
+        self, loaded: Loaded, film: Film, in_units: Callable[[Viewpoint], Viewpoint], *, has_guides: bool = True
+    ) -> None:
         import drjit
 
-        self.unit = unit
-        """The renderer's units per unit of the scene."""
+        self.in_units = in_units
+        """From a viewpoint to the same in the loaded scene."""
         self.has_guides = has_guides
         """False if volumes or media are in front of the surfaces, whose albedo then guides no denoiser."""
 

@@ -61,7 +61,7 @@ class ViewPicture:
         self._lane = dr.arange(mi.UInt32, count)
         self._blank = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3))), dr.opaque(mi.Float, 0.0, count)
         dr.make_opaque(self._lane)
-        self._camera = mi.Float([float(value) for value in request.viewpoint.scaled(launcher.unit).numbers])
+        self._camera = mi.Float([float(value) for value in launcher.in_units(request.viewpoint).numbers])
         self._sums: dict[tuple[int, int], Any] = {}
         self._counts: dict[tuple[int, int], int] = {}
         self._traced: set[tuple[int, int]] = set()

@@ -24,7 +24,7 @@ from spectral_core.render.live.trees import Trees
 from spectral_core.render.live.view import Viewpoint
 from spectral_core.render.mitsuba_scene.assemble import scene_radius
 from spectral_core.render.mitsuba_scene.traced_spectra import color_spectra, light_spectra, reflectance_spectra
-from spectral_core.render.mitsuba_scene.units import SMALLEST_RADIUS
+from spectral_core.render.mitsuba_scene.units import SMALLEST_RADIUS, at_origin, typical_size
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.render.plan.inventory import dyed
@@ -65,6 +65,7 @@ class Stage:
         self._spare: list[Any] = []
         self._seen_from: Viewpoint | None = None
         self._width = 0
+        self._shift = np.zeros(3)
 
     @property
     def launcher(self) -> Launcher:
@@ -103,6 +104,9 @@ class Stage:
         gc.collect()
 
     def _show(self, scene: Scene) -> None:
+        scene, shift = at_origin(scene, self._shift)
+        if not np.array_equal(shift, self._shift):
+            self._shift, self._seen_from = shift, None
         scene = self._gathered.of(scene)
         held = self._opened.of(scene)
         if self._job is not None and self._stays(held):
@@ -132,13 +136,18 @@ class Stage:
             return
         self._seen_from, self._width = viewpoint, width
         assert self._job is not None
-        seen, context = viewpoint.scaled(self._job.unit), self._job.loaded.scene.parts.context
+        seen, context = self.in_units(viewpoint), self._job.loaded.scene.parts.context
         context.tables.look_from(seen.camera_from_world, seen.window, seen.window[0] / width)
         readers = [made for made in context.made if hasattr(made, "program")]
         if readers:
             lay_open(readers, self._job.loaded.mitsuba)
         if look_from(self._job.loaded, seen.eye):
             self.launcher.refresh()
+
+    def in_units(self, viewpoint: Viewpoint) -> Viewpoint:
+        """The viewpoint in the loaded scene, which may be moved and scaled."""
+        assert self._job is not None
+        return viewpoint.moved(self._shift).scaled(self._job.unit)
 
     def _load(self, scene: Scene, simulated: Scene, plan: EffectPlan) -> None:
         self.forget()
@@ -147,7 +156,7 @@ class Stage:
         if sum(len(mesh.triangles) for mesh in simulated.meshes) <= MOST_WARMED:
             edits.Edit(self._job.loaded, simulated, simulated).warm()
         has_guides = not (scene.volumes or plan.is_on("media"))
-        self._launcher = Launcher(self._job.loaded, scene.film, self._job.unit, has_guides=has_guides)
+        self._launcher = Launcher(self._job.loaded, scene.film, self.in_units, has_guides=has_guides)
         self._trees = Trees.of(self._job.loaded.scene.scene, self._spare[0])
         # now: the launch of another stage calls the emitters of this one, too, and must not make their arrays
         self._launcher.refresh()
@@ -170,7 +179,8 @@ class Stage:
         for kind in ("meshes", "materials", "instances", "lights"):
             if [item.name for item in getattr(old, kind)] != [item.name for item in getattr(simulated, kind)]:
                 return False
-        return min(scene_radius(scene), scene_radius(self.scene)) >= SMALLEST_RADIUS  # smaller scenes are rescaled
+        sizes = [measure(each) for measure in (scene_radius, typical_size) for each in (scene, self.scene)]
+        return min(sizes) >= SMALLEST_RADIUS  # smaller scenes are rescaled
 
     def _draw_again(self, old: Scene, new: Scene) -> bool:
         """Draw other wavelengths if the present ones miss most light of the lamps, surfaces and media with other

@@ -101,6 +101,14 @@ class Viewpoint:
         size, middle = self.high - self.low, (self.high + self.low) / 2
         return (*size, *(middle / size), 1.0 if self.is_perspective else 0.0)
 
+    def moved(self, shift: Array) -> Viewpoint:
+        """The view of a scene that was moved by ``-shift`` (3,)."""
+        if not shift.any():
+            return self
+        placed = self.world_from_view.copy()
+        placed[:3, 3] -= shift
+        return replace(self, world_from_view=placed)
+
     def scaled(self, factor: float) -> Viewpoint:
         """The view of a scene that is larger by a factor."""
         if factor == 1.0:
