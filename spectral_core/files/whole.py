@@ -222,7 +222,7 @@ def _told(target: Path) -> Iterator[None]:
         yield
     except (OSError, RuntimeError) as error:  # OpenEXR and OpenVDB raise RuntimeError
         kept = "; the earlier file is unchanged" if target.exists() else ""
-        reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+        reason = getattr(error, "strerror", None) or str(error).rstrip(".") or type(error).__name__
         if isinstance(error, FileNotFoundError) and not target.parent.is_dir():
             reason = f"the folder {target.parent} does not exist; create it first"
         raise FileWriteError(f"{target} could not be written: {reason}{kept}") from error
