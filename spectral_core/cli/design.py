@@ -21,6 +21,7 @@ from spectral_core.cli.shared.outputs import files_of_document, require_apart
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.files.whole import require_writable
+from spectral_core.files.whole_set import whole_files
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
 
@@ -63,7 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
         require_apart([folder / each for each in WRITTEN], files_of_document(arguments.palette))
     require_writable(folder / WRITTEN[0])  # before the work, which would be lost without it
     solution = solve_palette(problem)
-    written = _write(folder, solution)  # before printing, because the reader of the table may close the pipe
+    with whole_files(folder) as unfinished:  # before printing, because the reader of the table may close the pipe
+        written = _write(unfinished, solution)
     _print(solution)
     print(f"written to {folder}: {', '.join(written)}")
     if arguments.json:
