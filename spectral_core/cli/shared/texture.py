@@ -50,10 +50,10 @@ def make_texture(
     require_writable(folder / WRITTEN[0])  # before the work, which would be lost without it
     outcome = run_project(project, pictures, progress)
     figures = figures_of(outcome)
-    _print(outcome, figures)
     with whole_files(folder) as unfinished:  # a new texture beside earlier lights would show neither picture
         written = _write(unfinished, outcome, figures, progress)
     progress(1.0, "done")
+    _print(outcome, figures)  # after the files, because the reader of the lines may close the pipe
     print(f"written to {folder}: {', '.join(written)}")
     if as_json:
         print_json(figures | {"out": str(folder), "files": written})
