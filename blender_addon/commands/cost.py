@@ -45,13 +45,14 @@ def run(arguments: argparse.Namespace) -> int:
         scene = translated_scene(arguments)
     with RenderProcess() as process:
         curve = process.cost_curve(scene)
+    if arguments.plot is not None:  # before printing, because the reader of the table may close the pipe
+        write_figure(arguments.plot, curve, arguments.axis, arguments.scene.stem)
     print(table(curve))
     print(f"measured on {curve.probe_pixels} pixels in {curve.seconds:.1f} s")
     notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in scene.notes)]
     for note in notes:
         print(f"note: {note}")
     if arguments.plot is not None:
-        write_figure(arguments.plot, curve, arguments.axis, arguments.scene.stem)
         print(f"{arguments.plot}: error over time")
     if arguments.json:
         report = {

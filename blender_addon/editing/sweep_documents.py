@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from pathlib import Path
 from typing import Any
@@ -101,7 +102,8 @@ class Documents:
     """The document of a sweep and the copy of its file, beside its folder.
 
     Those of an earlier run stay aside until the new run has accepted the folder: it refuses one that holds another
-    sweep, and the points that the page adds are rendered from these files.
+    sweep, and the points that the page adds are rendered from these files. If the run began no sweep, its own files are
+    deleted: the copy is as large as the artist's file.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -132,6 +134,10 @@ class Documents:
     def settle(self) -> None:
         """The run has ended: put the earlier files back if it has refused the folder."""
         self.look()
+        if self._before is None and self._stamp() is None:
+            for each in (self.blend, self.document):
+                with contextlib.suppress(OSError):
+                    each.unlink(missing_ok=True)
         for each, aside in self._earlier.items():
             aside.replace(each)
         self._earlier = {}

@@ -21,6 +21,7 @@ from spectral_core.cli.shared.outputs import files_of_document, require_apart
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.files.whole import require_writable
+from spectral_core.files.whole_set import whole_files
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
 
@@ -63,11 +64,14 @@ def run(arguments: argparse.Namespace) -> int:
         require_apart([folder / each for each in WRITTEN], files_of_document(arguments.palette))
     require_writable(folder / WRITTEN[0])  # before the work, which would be lost without it
     solution = solve_palette(problem)
-    written = _write(folder, solution)  # before printing, because the reader of the table may close the pipe
+    with whole_files(folder) as unfinished:  # before printing, because the reader of the table may close the pipe
+        clipped = _write(unfinished, solution)
+    if clipped:
+        print(f"note: swatches outside the display's gamut were moved to its edge: {', '.join(clipped)}")
     _print(solution)
-    print(f"written to {folder}: {', '.join(written)}")
+    print(f"written to {folder}: {', '.join(WRITTEN)}")
     if arguments.json:
-        print_json(_summary(solution, folder, written))
+        print_json(_summary(solution, folder, list(WRITTEN)))
     return 0 if solution.status.usable else 1
 
 
@@ -121,8 +125,8 @@ def _print(solution: PaletteSolution) -> None:
         print(f"note: {note}")
 
 
-def _write(folder: Path, solution: PaletteSolution) -> list[str]:
-    """Write all files; returns their names."""
+def _write(folder: Path, solution: PaletteSolution) -> tuple[str, ...]:
+    """Write all files; returns the names of the swatches that are outside the display's gamut."""
     from spectral_core.palette.files import swatches_of, write_solution, write_swatches
     from spectral_core.spectra.files import write_spectra
 
@@ -131,10 +135,8 @@ def _write(folder: Path, solution: PaletteSolution) -> list[str]:
     write_spectra(folder / "reflectances.csv", solution.reflectances)
     for ending in ("gpl", "ase"):
         clipped = write_swatches(folder / f"swatches.{ending}", swatches_of(solution), clip=True)
-    if clipped:
-        print(f"note: swatches outside the display's gamut were moved to its edge: {', '.join(clipped)}")
     write_picture(folder / "palette.png", table_picture(solution))
-    return list(WRITTEN)
+    return clipped
 
 
 def table_picture(solution: PaletteSolution) -> NDArray[Any]:

@@ -256,11 +256,14 @@ def _render(
         "estimate_is_bound": chosen.is_bound,
         "samples": image.samples, "steps": image.steps, "seconds": image.seconds, "plan_seconds": chosen.seconds,
     }  # fmt: skip
+    # before printing, because the reader of the lines may close the pipe
+    figures["pictures"] = _write_lights(lights, image, path)
     print(f"{image.samples:,} samples of non-zero opacity or emission, {image.steps:,} steps, {image.seconds:.3f} s")
     if not image.samples:
         low, high = volume.data.min(), volume.data.max()
         print(f"note: the picture is empty; the transfer function shows nothing of values from {low:g} to {high:g}")
-    figures["pictures"] = _write_lights(lights, image, path)
+    for number, target in enumerate(figures["pictures"]):
+        print(f"wrote {target}" + (f" ({lights[number].name})" if lights else ""))
     if arguments.report:
         from spectral_core.cli.shared.volume_report import report
 
@@ -283,10 +286,8 @@ def _write_lights(lights: Sequence[Illuminant], image: Any, path: Path) -> list[
 
     if not lights:
         write_picture(path, combine(image.amounts, display_matrix(image.transfer, None)))
-        print(f"wrote {path}")
         return [str(path)]
     targets = _targets(path, lights)
     for target, light in zip(targets, lights, strict=True):
         write_picture(target, combine(image.amounts, display_matrix(image.transfer, light)))
-        print(f"wrote {target} ({light.name})")
     return [str(target) for target in targets]

@@ -62,7 +62,7 @@ def whole_file(
         ``path`` is a folder, a device or another entry that no file can replace.
     """
     target = Path(path)
-    _require_replaceable(target)
+    require_replaceable(target)
     _remove_leftovers(target.parent)
     unfinished, lock = _create(target)
     try:
@@ -102,7 +102,7 @@ def require_writable(path: str | Path) -> None:
     What is at the path stays unchanged. Raises FileWriteError and InvalidInputError as ``whole_file``.
     """
     target = Path(path)
-    _require_replaceable(target)
+    require_replaceable(target)
     make_folder(target.parent)
     unfinished, lock = _create(target)
     _remove(unfinished, lock)
@@ -131,7 +131,8 @@ def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str
         )
 
 
-def _require_replaceable(target: Path) -> None:
+def require_replaceable(target: Path) -> None:
+    """Raise InvalidInputError for a folder, a device or another entry that no file can replace."""
     if target.is_dir():
         raise InvalidInputError(f"{target} is a folder; name a file in it")
     # A device or pipe, also behind a link such as /dev/stdout, would be replaced by a file for every program.
@@ -222,7 +223,7 @@ def _told(target: Path) -> Iterator[None]:
         yield
     except (OSError, RuntimeError) as error:  # OpenEXR and OpenVDB raise RuntimeError
         kept = "; the earlier file is unchanged" if target.exists() else ""
-        reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+        reason = getattr(error, "strerror", None) or str(error).rstrip(".") or type(error).__name__
         if isinstance(error, FileNotFoundError) and not target.parent.is_dir():
             reason = f"the folder {target.parent} does not exist; create it first"
         raise FileWriteError(f"{target} could not be written: {reason}{kept}") from error

@@ -227,3 +227,25 @@ def test_a_point_of_another_setting_is_not_applied(swept: Any) -> None:
     bpy.data.lights["Key"].name = "Renamed"  # the setting is the same, and has another path
     entry.name = KEY.replace("Key", "Renamed")
     assert bpy.ops.spectral.sweep_apply(row=1) == {"FINISHED"}
+
+
+@pytest.mark.parametrize("end", ["cancelled", "driven"])
+def test_a_run_that_began_no_sweep_leaves_no_copy_of_the_file(scene: Any, monkeypatch: Any, end: str) -> None:  # noqa: F811
+    """It was cancelled before its first point, or the setting cannot be swept; the copy may be large."""
+    from pathlib import Path
+
+    if end == "cancelled":
+        monkeypatch.setattr(sweeps, "command_line", lambda *_: WAITING)
+    else:
+        bpy.data.lights["Key"].driver_add("energy").driver.expression = "25"
+    sweeps.add(scene, KEY)
+    folder = Path(bpy.data.filepath).parent
+    before = set(folder.iterdir())
+    sweeps.start(scene)
+    assert {each.name for each in set(folder.iterdir()) - before} >= {"sweep.sweep.blend", "sweep.sweep.toml"}
+    if end == "cancelled":
+        sweeps.cancel()
+    else:
+        with pytest.raises(Exception, match="a driver"):
+            sweeps.wait(scene)
+    assert set(folder.iterdir()) == before

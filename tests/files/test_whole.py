@@ -144,6 +144,7 @@ WITHIN_WHOLE = {
     "spectral_core/explore/sweep/sweep.py": 1,  # a copy of a folder, to a temporary one
     "spectral_core/files/exr.py": 1,
     "spectral_core/files/whole.py": 4,
+    "spectral_core/files/whole_set.py": 1,  # moves whole files
     "spectral_core/lattice/measure/plotting.py": 1,
     "spectral_core/render/cost/figure.py": 1,  # into the unfinished file of whole_file
     "spectral_core/spectra/pictures.py": 3,  # one of them into a temporary folder, read at once

@@ -36,6 +36,7 @@ def make_texture(
     """
     from spectral_core.cli.shared.outputs import require_apart
     from spectral_core.files.whole import require_writable
+    from spectral_core.files.whole_set import whole_files
     from spectral_core.palette.texture.project import run_project
     from spectral_core.palette.texture.texture import Picture
     from spectral_core.render.pictures import read_picture
@@ -49,8 +50,10 @@ def make_texture(
     require_writable(folder / WRITTEN[0])  # before the work, which would be lost without it
     outcome = run_project(project, pictures, progress)
     figures = figures_of(outcome)
-    _print(outcome, figures)
-    written = _write(folder, outcome, figures, progress)
+    with whole_files(folder) as unfinished:  # a new texture beside earlier lights would show neither picture
+        written = _write(unfinished, outcome, figures, progress)
+    progress(1.0, "done")
+    _print(outcome, figures)  # after the files, because the reader of the lines may close the pipe
     print(f"written to {folder}: {', '.join(written)}")
     if as_json:
         print_json(figures | {"out": str(folder), "files": written})
@@ -177,5 +180,4 @@ def _write(
         write_png_rows(folder / f"lost_{number}.png", size, lost)
         names.append(f"lost_{number}.png")
     write_text(folder / "report.json", json.dumps(figures, indent=1))
-    progress(1.0, "done")
     return [*names, "report.json"]
