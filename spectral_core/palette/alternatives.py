@@ -251,4 +251,5 @@ def _seen(solution: PaletteSolution, lights: Sequence[Illuminant]) -> Array:
     colors = [
         [linear_rgb_from_product(light, item.grid) @ item.values for light in lights] for item in solution.reflectances
     ]
-    return np.asarray(lab_from_linear_rgb(np.maximum(np.array(colors), 0.0)))
+    # Colors outside of the display's gamut differ as well.
+    return np.asarray(lab_from_linear_rgb(np.array(colors)))

@@ -83,7 +83,10 @@ def _record(solution: PaletteSolution) -> dict[Side, tuple[Assembled, Answer]]:
 
 
 def conflicting_cells(solution: PaletteSolution) -> tuple[CellIndex, ...]:
-    """A smallest set of exact cells that cannot all hold; empty if they can, or if no cell is involved."""
+    """A minimal set of exact cells that cannot all hold: without any of them the others can. Another may be smaller.
+
+    Empty if all can hold, or if no cell is involved.
+    """
     if solution.status is not PaletteStatus.EXACT_CONFLICT:
         return ()
     measured = missed_as_measured(solution.problem, solution.actual_linear_rgb, EXACT_LIMIT)

@@ -182,3 +182,26 @@ def test_a_number_of_answers_is_whole() -> None:
     """2.7 meant 2 without a message."""
     with pytest.raises(InvalidInputError, match=r"count is 2\.7; expected a whole number"):
         alternatives(presets.metamer_pair(), count=2.7)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("lamps", [("D65", "HP1"), ("D65", "LPS")])
+def test_the_stated_difference_is_that_of_the_colors_outside_of_the_gamut_too(lamps) -> None:
+    """Negative RGB was clipped before the difference: 12.3 was stated for 12.7."""
+    lights = tuple(PaletteLight(normalized(illuminant(name))) for name in lamps)
+    row = (Cell.fixed((0.4, 0.25, 0.1)), *(Cell.ignore() for _ in lamps[1:]))
+    names = ("a", "b")
+    problem = PaletteProblem(presets.design_grid(), lights, tuple(map(PaletteReflectance, names)), (row, row))
+    first, *others = alternatives(problem, count=4)
+    assert others
+
+    def seen(solution) -> np.ndarray:
+        shown = [
+            [linear_rgb_from_product(light, item.grid) @ item.values for light in first.seen_under]
+            for item in solution.reflectances
+        ]
+        assert np.min(shown) < 0.0, "the case has no color outside of the gamut"
+        return lab_from_linear_rgb(np.array(shown))
+
+    for other in others:
+        largest = delta_e_2000(seen(first.solution), seen(other.solution)).max()
+        assert other.apart == pytest.approx(largest, abs=1e-6)

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.files import read_spectra, read_spectrum, write_spectra
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
@@ -103,3 +104,13 @@ def test_numbers_as_names_of_infrared_spectra_do_not_turn_the_table(tmp_path: Pa
     write_spectra(tmp_path / "x.csv", written)
     for read, spectrum in zip(read_spectra(tmp_path / "x.csv"), written, strict=True):
         assert_same(read, spectrum, tmp_path / "x.csv")
+
+
+@pytest.mark.parametrize("ending", [".csv", ".spd", ".spdx"])
+@pytest.mark.parametrize("knots", [[0.1, 400.0], [9.9, 700.0], [400.0, 1.1e6]])
+def test_wavelengths_that_would_be_refused_are_not_written(tmp_path: Path, ending: str, knots: list[float]) -> None:
+    """They were written, and the file could not be read."""
+    path = tmp_path / f"far{ending}"
+    with pytest.raises(InvalidInputError, match="a file holds 10 to 1e"):
+        write_spectra(path, [Spectrum("far", SpectralGrid(knots), [1.0, 2.0])])
+    assert not path.exists()

@@ -218,3 +218,10 @@ def test_points_in_names_leave_decimal_commas(tmp_path: Path) -> None:
     assert [spectrum.name for spectrum in spectra] == ["No. 1", "No. 2"]
     assert spectra[0].grid.wavelengths_nm.tolist() == [400, 410.5, 420]
     assert spectra[1].values.tolist() == [0.1, 0.2, 0.3]
+
+
+@pytest.mark.parametrize("text", ["400,1_0\n500,2\n", "4_00,1\n500,2\n", "wavelength,a\n400,.1\n500,1_1\n"])
+def test_underscores_are_not_part_of_numbers(tmp_path: Path, text: str) -> None:
+    """Python reads 1_0 as 10."""
+    with pytest.raises(FileFormatError):
+        read_spectra(file_of(tmp_path, text))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A smallest set of exact cells that cannot all hold, by linear programs.
+"""A minimal set of exact cells that cannot all hold, by linear programs: without any of its cells the others can.
 
 Each cell is stated by itself, one that refers to another as the difference of both colors. Rows of a common color would
 connect cells that are connected only by a cell that is not in the set.

@@ -17,7 +17,7 @@ from spectral_core.checks import require_kind
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.files.guarded import read_text, reading
 from spectral_core.spectra.files import csv_table, mitsuba_spd, spdx
-from spectral_core.spectra.files.columns import ReadOptions, SpectrumKind, is_number, kind_of
+from spectral_core.spectra.files.columns import ReadOptions, SpectrumKind, is_number, kind_of, require_readable
 from spectral_core.spectra.files.spdx import SpdxDocument, read_spdx, write_spdx
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -88,6 +88,7 @@ def write_spectra(path: str | Path, spectra: Sequence[Spectrum], *, file_format:
         raise InvalidInputError(f"no spectra to write to {file}; give at least one")
     for spectrum in spectra:
         require_kind("one of the spectra", spectrum, Spectrum)
+        require_readable(spectrum)
     if name == "csv":
         csv_table.write(file, spectra)
         return

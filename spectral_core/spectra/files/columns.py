@@ -90,18 +90,28 @@ def is_number(text: str) -> bool:
         float(text)
     except ValueError:
         return False
-    return True
+    return "_" not in text  # Python reads 1_0 as 10
 
 
 def number(path: Path, line: int, text: str, what: str) -> float:
     """``text`` as a finite float. Raises FileFormatError."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise FileFormatError(f"{path}, line {line}: {text!r} is not a number; expected {what}") from None
+    if not is_number(text):
+        raise FileFormatError(f"{path}, line {line}: {text!r} is not a number; expected {what}")
+    value = float(text)
     if not math.isfinite(value):
         raise FileFormatError(f"{path}, line {line}: {text!r} is not finite; expected {what}, or leave the sample out")
     return value
+
+
+def require_readable(spectrum: Spectrum) -> None:
+    """Raise InvalidInputError for wavelengths that would be refused when they are read back."""
+    low, high = PLAUSIBLE_NM
+    knots = spectrum.grid.wavelengths_nm
+    if knots[0] < low or knots[-1] > high:
+        raise InvalidInputError(
+            f"spectrum {spectrum.name!r} has wavelengths from {knots[0]:g} to {knots[-1]:g} nm; a file holds {low:g} "
+            f"to {high:g} nm. Leave out the others, or convert them to nm"
+        )
 
 
 def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:

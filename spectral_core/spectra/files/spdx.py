@@ -17,7 +17,15 @@ from xml.sax.saxutils import escape
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.files.guarded import read_text, reading
 from spectral_core.files.whole import write_text
-from spectral_core.spectra.files.columns import Column, ReadOptions, SpectrumKind, built, kind_of, number
+from spectral_core.spectra.files.columns import (
+    Column,
+    ReadOptions,
+    SpectrumKind,
+    built,
+    kind_of,
+    number,
+    require_readable,
+)
 from spectral_core.spectra.spectrum import Spectrum
 
 NAMESPACE = "http://www.ies.org/iestm2714"
@@ -113,6 +121,7 @@ def write_spdx(path: str | Path, document: SpdxDocument | Spectrum) -> None:
     if isinstance(document, Spectrum):
         document = _document_of(document)
     spectrum, header = document.spectrum, dict(document.header)
+    require_readable(spectrum)
     if kind_of(spectrum) != KIND_OF_QUANTITY[document.quantity] and kind_of(spectrum) != "spectrum":
         raise InvalidInputError(
             f"{kind_of(spectrum)} {spectrum.name!r} cannot be written as the spectral quantity {document.quantity!r}; "
