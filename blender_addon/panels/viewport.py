@@ -42,6 +42,10 @@ class SPECTRAL_PT_look(bpy.types.Panel):
         if settings.denoise and (missing := jobs.missing_denoiser()):
             wrapped(column, context, missing)
         column.prop(settings, "preview_lamp")
+        if settings.preview_message:
+            told = column.column()
+            told.alert = True
+            wrapped(told, context, settings.preview_message, icon="ERROR")
 
 
 def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str) -> None:

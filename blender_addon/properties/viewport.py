@@ -74,6 +74,7 @@ class SpectralViewport(bpy.types.PropertyGroup):
         update=lambda settings, _context: announce(Topic.PREVIEW_LAMP, settings),
         description="Lamp under which material, light and world previews and icons are shown; empty for white light",
     )  # fmt: skip
+    preview_message: StringProperty(description="Error of the lamp for previews; empty if none")
 
 
 CLASSES = (SpectralLook, SpectralViewport)

@@ -70,7 +70,8 @@ NO_INPUT = {
         SpectralPalette.status SpectralPalette.remedy SpectralPalette.message
         SpectralPalette.notes SpectralPalette.conflicts SpectralPalette.possible SpectralPalette.alternatives
         SpectralPalette.milliseconds SpectralPalette.light_scale SpectralPalette.worst_delta_e
-        SpectralSpectrum.message SpectralTextureNode.message SpectralVolume.facts SpectralDialMember.*
+        SpectralSpectrum.message SpectralTextureNode.message SpectralViewport.preview_message
+        SpectralVolume.facts SpectralDialMember.*
         SpectralDialBulb.members SpectralDialBulb.lit SpectralDialBulb.is_dark SpectralLightDial.named_by_object
         SpectralDialBulb.color SpectralLightDial.scene_hash SpectralLightDial.own_ending SpectralLightDial.facts
         SpectralLightDial.picture

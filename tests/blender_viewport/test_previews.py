@@ -123,3 +123,27 @@ def test_another_lamp_for_previews_renews_those_that_exist(blender):
         bpy.app.handlers.depsgraph_update_post.remove(note)
     assert {"Shown", "Lamp", "World"} <= set(tagged)
     assert "Other" not in tagged
+
+
+def test_a_name_that_no_lamp_has_is_reported_in_the_panel(blender):
+    """The previews were empty, and only the console told why."""
+    from types import SimpleNamespace
+    from unittest.mock import MagicMock
+
+    from blender_addon.panels.viewport import SPECTRAL_PT_look
+
+    def told(name):
+        bpy.context.scene.spectral.viewport.preview_lamp = name
+        layout = MagicMock()
+        context = SimpleNamespace(
+            scene=bpy.context.scene, view_layer=bpy.context.view_layer, region=None, preferences=None
+        )
+        SPECTRAL_PT_look.draw(SimpleNamespace(layout=layout), context)
+        labels = layout.column.return_value.column.return_value.column.return_value.label.mock_calls
+        return " ".join(each.kwargs["text"] for each in labels)
+
+    assert told("HP1") == told("") == told("  ") == ""
+    assert "'sodum'" in told("sodum")
+    assert "'sodium'" in told("sodum"), "the nearest name"
+    assert "500" in told("blackbody 10")
+    assert told("blackbody 3200") == ""
