@@ -185,7 +185,7 @@ def test_the_number_of_points_is_near_m_in_a_region_without_a_formula(n: int, li
 
 def test_equal_seeds_give_equal_points_and_other_seeds_do_not() -> None:
     first, same, other = (progressive_fill(unit_cube(3), 50, seed=s).points for s in (5, 5, 6))
-    assert first.tobytes() == same.tobytes()
+    np.testing.assert_allclose(first, same, rtol=0, atol=1e-12)  # last digits depend on products of matrices
     assert np.abs(first - other).max() > 1e-3
 
 

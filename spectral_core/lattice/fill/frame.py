@@ -101,9 +101,12 @@ class Frame:
     def basis(self, level: int = 0) -> Matrix:
         """Basis of a level as columns, (n, n): spacing · U Q^-level G; finer for positive levels."""
         alpha = self.lattice.dilation_factor
-        inverse_rotation = (self.lattice.rotation / alpha).T  # Q⁻¹ = Qᵀ / α²
-        rotated = np.linalg.matrix_power(inverse_rotation, level) @ self.lattice.generator
-        basis: Matrix = (self.spacing * alpha**-level) * (self.rotation @ rotated)
+        rotation = self.lattice.rotation / alpha
+        step = rotation if level < 0 else rotation.T  # Q⁻¹ = Qᵀ / α²
+        rotated = self.lattice.generator
+        for _ in range(abs(level)):
+            rotated = _product(step, rotated)
+        basis: Matrix = (self.spacing * alpha**-level) * _product(self.rotation, rotated)
         return basis
 
     def positions(self, coefficients: Integers, level: int = 0) -> Matrix:
@@ -166,6 +169,14 @@ class Frame:
         positions = self.positions(coefficients, level)
         inside = region.contains(positions)
         return positions[inside], coefficients[inside]
+
+
+def _product(left: Matrix, right: Matrix) -> Matrix:
+    """A matrix product in a fixed order of additions: that of a library may be rounded differently in each call."""
+    total = np.zeros((len(left), right.shape[1]))
+    for j in range(left.shape[1]):
+        total += left[:, j, None] * right[j]
+    return total
 
 
 def expected_count(region: Region, metric: Matrix, log_cell: float) -> float:
