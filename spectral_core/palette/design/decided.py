@@ -38,6 +38,10 @@ DESCENTS = 12
 """Most directions of descent from linear programs; one or two are usual."""
 ALONG = 1e-7
 """Share of a direction by which it may leave the exact rows."""
+TRACE = 1e-13
+"""Coefficient relative to the largest of its exact row, below which it changes no color that the check can tell."""
+FAINT = 1e-10
+"""Distance to a bound that is the tolerance of a linear program."""
 NAME = "linear program"
 """Engine of these answers, as a solution names it."""
 
@@ -91,6 +95,19 @@ def _same_rows(problem: Quadratic, other: Quadratic) -> bool:
     )
 
 
+def _without_traces(problem: Quadratic) -> Quadratic:
+    """The problem without coefficients of exact rows that are rounding errors of the others.
+
+    A row that asks for black leaves nothing but such samples, whose multipliers would be 1e15 times the others.
+    """
+    blocks = []
+    for block in problem.blocks:
+        size = np.abs(block.rows)
+        is_trace = block.exact[:, None] & (size < TRACE * size.max(axis=1, keepdims=True, initial=0.0))
+        blocks.append(replace(block, rows=np.where(is_trace, 0.0, block.rows)) if is_trace.any() else block)
+    return replace(problem, blocks=tuple(blocks))
+
+
 def _decided(problem: Quadratic, answer: Answer) -> Answer:
     point, miss = nearest_point(problem)
     if miss > HELD:
@@ -99,6 +116,12 @@ def _decided(problem: Quadratic, answer: Answer) -> Answer:
         # Reported as a conflict: near black are the colors that were wanted, with small errors.
         return answer if answer.infeasible else _compromise(problem, answer, BLACK)
     found = _on_the_rows(problem, point)
+    if not found.check.passed:
+        # Beside exact cells in black, all that is left to a row are rounding errors of it and of the program.
+        plain = _without_traces(problem)
+        dark = on_bounds(plain, point, FAINT)
+        if worst_miss(plain, dark) <= HELD:
+            found = min(found, _on_the_rows(plain, dark), key=lambda each: each.check.worst)
     if found.check.passed or answer.infeasible:  # the point shows that they do not conflict
         return found
     return found if found.check.worst < answer.check.worst else answer
