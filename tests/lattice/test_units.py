@@ -156,3 +156,19 @@ def test_a_cut_ball_of_any_size_is_filled(size: float, p: float) -> None:
         assert region.contains(points).all()
         extents = np.ptp(points, axis=0) / radii
         assert extents.min() > 0.5 and extents.max() <= 2.0
+
+
+@pytest.mark.parametrize("far", [1e3, 1e6, 1e9, 1e12])
+def test_limits_far_away_make_no_region_too_thin(far: float) -> None:
+    """A ball that does not limit an axis has a radius of 1e6 there; a box beside it was called too thin."""
+    unit = lattice.box(np.zeros(2), np.ones(2))
+    small = lattice.ball(np.array([0.3, 0.5]), np.array([0.02, 0.05]) / far)
+    regions = [(unit & lattice.ball(np.array([0.3, 0.5]), np.array([0.1, far])), (0.2, 1.0))]
+    if far <= 1e9:  # beyond, doubles near the ball are too far apart
+        regions.append((unit & small, (0.04 / far, 0.1 / far)))
+    if far <= 1e6:  # beyond, linear programs have no digits left
+        regions.append((unit & lattice.halfspaces([[1.0, 0.3], [-2.0, 1.0]], [far, 3.0 * far]), (1.0, 1.0)))
+    for region, widths in regions:
+        points = lattice.progressive_fill(region, 80, seed=1).points
+        assert region.contains(points).all()
+        assert np.all(np.ptp(points, axis=0) > 0.8 * np.array(widths))

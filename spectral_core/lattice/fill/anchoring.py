@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.fill.cap_ellipsoid import cap_ellipsoid
+from spectral_core.lattice.fill.place_and_size import is_bounded, place_and_size
 from spectral_core.lattice.fill.regions import NormBall, Region, p_norms
 
 Matrix = NDArray[np.float64]
@@ -90,12 +91,14 @@ def _anchored_general(region: Region) -> Anchored:
         lengths = np.linalg.norm(outer[0], axis=1)
         rows = np.concatenate([rows, outer[0] / lengths[:, None]])
         bounds = np.concatenate([bounds, outer[1] / lengths])
-    _require_bounded(rows)
+    if not is_bounded(rows):
+        raise InvalidInputError(
+            f"the {len(rows)} half-spaces in {rows.shape[1]} dimensions leave the region unbounded; add limits, as "
+            "with & box(...)"
+        )
     # Near the origin and of size 1, for which the tolerances of the linear programs are made.
-    shift = np.linalg.lstsq(rows, bounds, rcond=None)[0]
-    bounds = bounds - rows @ shift
-    size = float(np.abs(bounds).max()) or 1.0
-    bounds = bounds / size
+    shift, size = place_and_size(region)
+    bounds = (bounds - rows @ shift) / size
     ball = _rescaled(region.norm_ball, shift, size)
     # The linear program knows the ball by half-spaces only. If its solution lies outside the ball, the tangent plane
     # between them is added, and the next solution is nearer.
@@ -153,22 +156,6 @@ def _check_resolution(center: Matrix, half_widths: Matrix) -> None:
             f"the region is {2 * half_widths[axis]:.3g} wide at {center[axis]:.10g} on axis {axis}, where doubles are "
             f"{np.spacing(abs(center[axis])):.2g} apart; subtract an offset from that axis, so that it lies near 0"
         )
-
-
-def _require_bounded(rows: Matrix) -> None:
-    """Bounded means: the rows span space and some combination of all of them with positive factors vanishes."""
-    from scipy.optimize import linprog
-
-    n = rows.shape[1]
-    if len(rows) > n and np.linalg.matrix_rank(rows) == n:
-        count = len(rows)
-        # Farkas: a direction in which no row grows exists exactly if there is no such combination.
-        answer = linprog(np.ones(count), A_eq=rows.T, b_eq=np.zeros(n), bounds=(1.0, None), method="highs")
-        if answer.status == 0:
-            return
-    raise InvalidInputError(
-        f"the {len(rows)} half-spaces in {n} dimensions leave the region unbounded; add limits, as with & box(...)"
-    )
 
 
 def _chebyshev_center(rows: Matrix, bounds: Matrix) -> tuple[Matrix, float]:
