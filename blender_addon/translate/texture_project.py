@@ -41,7 +41,9 @@ def project_of(design: PropertyGroup, folder: Path) -> TextureProject:
     given = design.kind == "ONE" or design.lights == "GIVEN"
     lights = tuple(_light(design, number) for number in (1, 2)) if given else ()
     values = {name: getattr(design, name) for name in TEXTURE_FIELDS}
-    if values["floor"] + values["slope"] > 1 and values["mapping"] == "least_delta_e":
+    for name in ("floor", "slope"):
+        values[name] = round(values[name], 6)  # as typed: single precision stores 0.02 and 0.98, together more than 1
+    if values["floor"] + values["slope"] > 1 + 1e-9 and values["mapping"] == "least_delta_e":
         raise InvalidInputError(
             f"black is shown as {values['floor']:g} and contrast {values['slope']:g} is kept, together more than 1; "
             "lower one of them"

@@ -123,3 +123,7 @@ def test_settings_and_painted_images_reach_the_project(blender, design, tmp_path
     design.mapping, design.slope, design.floor = "least_delta_e", 0.9, 0.2
     with pytest.raises(InvalidInputError, match="together more than 1"):
         project_of(design, tmp_path)
+    for thousandths in range(501):  # as much contrast as the panel says
+        design.floor, design.slope = thousandths / 1000, 1 - thousandths / 1000
+        found = project_of(design, tmp_path).settings
+        assert (found.floor, found.slope) == pytest.approx((thousandths / 1000, 1 - thousandths / 1000), abs=1e-9)

@@ -173,7 +173,7 @@ def design_texture(
     if mapping == "uniform_contrast":
         kept = stated
     else:
-        kept = require_range("slope", 0.97 - floor if slope is None else slope, 0.0, 1.0 - floor)
+        kept = require_range("slope", 0.97 - floor if slope is None else slope, 0.0, round(1.0 - floor, 12))
     corners = _corner_weights(color_from_weights, floor, kept) if kept <= stated else None
     fitter = Fitter(color_from_weights, tuple(importance or [1.0] * len(lights)), corners)
     weights, delta_e, compressed = _fit_tiles(pictures, fitter, (floor, kept), progress)

@@ -146,6 +146,16 @@ def test_uniform_contrast_shows_every_texel_exactly(count: int) -> None:
         assert delta_e_2000(lab_from_linear_rgb(found.texture.picture(light)), lab_from_linear_rgb(wanted)).max() < 0.1
 
 
+@pytest.mark.parametrize(("floor", "slope"), [(0.07, 0.93), (0.02, 0.98)])
+def test_black_and_contrast_may_be_1_together(basis: TextureBasis, floor: float, slope: float) -> None:
+    """1 - 0.07 is less than 0.93 in binary numbers, and was refused."""
+    lights = [illuminant("D65"), illuminant("HP1")]
+    pictures = [Picture(name, np.full((2, 2, 3), 90 * k, dtype=np.uint8)) for k, name in enumerate("ab")]
+    assert design_texture(pictures, lights, floor=floor, slope=slope, basis=basis).slope == slope
+    with pytest.raises(InvalidInputError, match="slope is"):
+        design_texture(pictures, lights, floor=floor, slope=slope + 1e-3, basis=basis)
+
+
 def test_texture_of_any_pictures_stays_within_bounds_under_filters(design: LightDesign, basis: TextureBasis) -> None:
     rng = np.random.default_rng(0)
     flat = np.zeros((9, 14, 3), np.uint8)
