@@ -119,3 +119,18 @@ def test_a_world_of_two_scenes_is_dimmed_in_one_of_them(stage, dial):
     assert dial.changes == ""
     bpy.ops.spectral.dial_apply(restore=True)
     assert _node(stage.world, "BACKGROUND").inputs["Strength"].default_value == pytest.approx(0.2)
+
+
+def test_a_linked_scene_is_not_recorded_since_its_bulbs_would_be_lost(stage, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "source.blend"))
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "host.blend"))
+    with bpy.data.libraries.load(str(tmp_path / "source.blend"), link=True) as (_, given):
+        given.scenes = ["Scene"]
+    linked = next(each for each in bpy.data.scenes if each.library)
+    with (
+        bpy.context.temp_override(scene=linked, view_layer=linked.view_layers[0]),
+        pytest.raises(RuntimeError, match=r"is linked from .*source\.blend.*make the scene local"),
+    ):
+        bpy.ops.spectral.dial_record()
+    assert not (tmp_path / "host.transport.exr").exists()

@@ -126,7 +126,7 @@ class AsRendered:
 
     The view layer is that of the window, and is the only one that is rendered between the start and ``take``, with
     SETTINGS; if another translation starts in between, the scene has its own settings before that. ``layers``: those
-    that are translated and left out. Raises InvalidInputError if no render can start.
+    that are translated and left out. Raises InvalidInputError if no render can start, and for a linked scene.
     """
 
     _current: ClassVar[AsRendered | None] = None
@@ -135,6 +135,11 @@ class AsRendered:
     def __init__(self, context: Context, *, at_once: bool) -> None:
         if not bpy.app.background and bpy.app.is_job_running("RENDER"):
             raise InvalidInputError(RENDERS)
+        if context.scene.library is not None:  # Blender renders scenes by name, which a local one may have, too
+            raise InvalidInputError(
+                f"the scene {context.scene.name!r} is linked from {context.scene.library.filepath}, and this .blend "
+                "does not keep what is stored in it; make the scene local, or open that file"
+            )
         if AsRendered._current is not None:
             AsRendered._current.leave()
         self._scenes: list[SpectralScene] = []

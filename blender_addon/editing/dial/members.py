@@ -47,13 +47,14 @@ class Member:
 def members_of(layer: ViewLayer, objects: Iterable[Object], one_per_light: bool) -> list[Member]:
     """All light sources among ``objects`` and the world of a view layer, by group. ``objects`` are originals."""
     found = []
+    emitting: dict[int, bool] = {}
     for each in objects:
         group = each.name_full if one_per_light else each.lightgroup
         if each.type == "LIGHT" and each.data.energy != 0:
             found.append(Member(group, each.session_uid, -1, "", each.data.energy, name=each.name_full))
         elif each.type in WITH_MATERIALS and layer.material_override is None and not _has_transfer(each):
             for number, slot in enumerate(each.material_slots):
-                emissive, name = _emissive(slot.material), each.name_full
+                emissive, name = _emissive(slot.material, emitting), each.name_full
                 found += [Member(group, each.session_uid, number, *entry, name=name) for entry in emissive]
     world = layer.world_override or layer.id_data.world
     if world is not None:
@@ -63,7 +64,7 @@ def members_of(layer: ViewLayer, objects: Iterable[Object], one_per_light: bool)
         while group in taken:
             number += 1
             group = f"{name}.{number:03d}"
-        found += [Member(group, world.session_uid, -1, *entry) for entry in _emissive(world)]
+        found += [Member(group, world.session_uid, -1, *entry) for entry in _emissive(world, emitting)]
     return found
 
 
@@ -78,8 +79,11 @@ def _has_transfer(each: Object) -> bool:
     return each.type == "VOLUME" and has_transfer(each.data)
 
 
-def _emissive(owner: ID) -> list[tuple[str, float, str]]:
-    """Emissive nodes of a material or world, with their strength and its socket; 1 if other nodes compute it."""
+def _emissive(owner: ID, emitting: dict[int, bool]) -> list[tuple[str, float, str]]:
+    """Emissive nodes of a material or world, with their strength and its socket; 1 if other nodes compute it.
+
+    ``emitting``: by session number of a node group whether it emits light, as far as known.
+    """
     tree = None if owner is None else compat.node_tree(owner)
     found = []
     for node in () if tree is None else tree.nodes:
@@ -88,16 +92,18 @@ def _emissive(owner: ID) -> list[tuple[str, float, str]]:
                 found.append((node.name, _dimmer_value(tree, node, socket), socket.name))
             elif socket.default_value > 0 and not _is_black(node, socket):
                 found.append((node.name, socket.default_value, socket.name))
-        if is_sealed(node):
+        if _is_sealed(node, emitting):
             found.append((node.name, 1.0, SEALED))
     return found
 
 
-def is_sealed(node: Node) -> bool:
+def _is_sealed(node: Node, emitting: dict[int, bool]) -> bool:
     """True if a node emits light by no strength of its own: a group, or a volume with an emission per color."""
     if node.type == "GROUP" and node.node_tree is not None:
         tree = node.node_tree
-        return any(is_sealed(each) or _emits(each) for each in tree.nodes)
+        if tree.session_uid not in emitting:
+            emitting[tree.session_uid] = any(_is_sealed(each, emitting) or _emits(each) for each in tree.nodes)
+        return emitting[tree.session_uid]
     emission = node.inputs.get("Emission Coefficients") if node.type == "VOLUME_COEFFICIENTS" else None
     return emission is not None and (emission.is_linked or any(emission.default_value))
 

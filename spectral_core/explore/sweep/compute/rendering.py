@@ -118,11 +118,17 @@ def recording_mark(scene: Scene) -> str:
 
 
 def with_unit_lights(scene: Scene) -> Scene:
-    """The scene with every light at power (or irradiance) 1, and without limits on a sample's light."""
-    lights: list[Any] = [
-        replace(light, irradiance=1.0) if isinstance(light, SunLight) else replace(light, power_w=1.0)
-        for light in scene.lights
-    ]
+    """The scene with every light at power (or irradiance) 1, and without limits on a sample's light.
+
+    The sun of the world's sky is in the group of the world, which has no power.
+    """
+
+    def unit(light: Any) -> Any:
+        if not isinstance(light, SunLight):
+            return replace(light, power_w=1.0)
+        return light if light.is_of_world else replace(light, irradiance=1.0)
+
+    lights = map(unit, scene.lights)
     paths = replace(scene.settings.light_paths, clamp_direct=0.0, clamp_indirect=0.0)
     return replace(scene, lights=tuple(lights), settings=replace(scene.settings, light_paths=paths))
 
