@@ -110,3 +110,12 @@ def test_a_vector_in_a_number_of_vector_displacement_is_its_mean(glow, socket):
     tree.links.new(vector.outputs[0], node.inputs[socket])
     wanted = (0.1, 0.2, 0.3) if socket == "Midlevel" else (0.3, 0.35, 0.4)
     np.testing.assert_allclose(color(node.outputs[0]), wanted, atol=1e-6)
+
+
+def test_the_color_of_a_black_body_has_no_negative_parts_for_other_nodes(glow):
+    """That of 800 K is outside of the display's colors: Cycles gives 5.41, 0, 0."""
+    tree, color = glow
+    body, added = tree.nodes.new("ShaderNodeBlackbody"), tree.nodes.new("ShaderNodeVectorMath")
+    body.inputs[0].default_value, added.operation = 800.0, "ADD"
+    tree.links.new(body.outputs[0], added.inputs[0])
+    np.testing.assert_allclose(color(added.outputs[0]), (5.413, 0.0, 0.0), atol=0.02)

@@ -85,7 +85,8 @@ def value_of(field: Field, builder: Builder | None = None) -> Value:
         return field
     if isinstance(field, (Spectrum, SpectralImage)):
         builder = builder or Builder()
-        return Value(builder, builder.number(mean_color(field)), "RGBA")
+        # without the negative parts of colors that a display lacks, as Cycles' Blackbody
+        return Value(builder, builder.number(np.maximum(mean_color(field), 0.0)), "RGBA")
     builder = field.factor.builder
     first, second = (value_of(part, builder) for part in (field.first, field.second))
     factor = field.factor.as_width(1)

@@ -165,17 +165,13 @@ MAPPING_INPUTS = (("Vector", np.zeros(3)), ("Location", np.zeros(3)), ("Rotation
 """Inputs of the Mapping node; a type of mapping without a location has no such socket."""
 
 
-def _dimensions(node: Any, attribute: str) -> str:
-    return str(getattr(node, attribute, "3D"))
-
-
 @evaluator("TEX_NOISE")
 def _noise(reader: Reader, output: Output) -> Any:
     node = output.node
     kind = getattr(node, "noise_type", "FBM")
     names = (("W", 0), ("Scale", 5), ("Detail", 2), ("Roughness", 0.5), ("Lacunarity", 2), ("Offset", 0), ("Gain", 1))
     values = [reader.read(output, name, float(value)) for name, value in (*names, ("Distortion", 0))]
-    settings = (kind, bool(getattr(node, "normalize", True)), _dimensions(node, "noise_dimensions"))
+    settings = (kind, bool(getattr(node, "normalize", True)), node.noise_dimensions)
     operation = "noise_color" if output.socket.type == "RGBA" else "noise"
     return reader.emit(operation, place_of(reader, output, "generated"), *values, settings=settings)
 
@@ -184,9 +180,7 @@ def _noise(reader: Reader, output: Output) -> Any:
 def _white_noise(reader: Reader, output: Output) -> Any:
     operation = "white_noise_color" if output.socket.type == "RGBA" else "white_noise"
     place = reader.read(output, "Vector")  # unlike other textures it has no implicit coordinates
-    return reader.emit(
-        operation, place, reader.read(output, "W"), settings=(_dimensions(output.node, "noise_dimensions"),)
-    )
+    return reader.emit(operation, place, reader.read(output, "W"), settings=(output.node.noise_dimensions,))
 
 
 WITH_METRIC = ("F1", "F2", "SMOOTH_F1")
@@ -257,6 +251,10 @@ def _gradient(reader: Reader, output: Output) -> Any:
 def _radial_tiling(reader: Reader, output: Output) -> Any:
     names = (("Vector", np.zeros(3)), ("Sides", 5.0), ("Roundness", 0.0))
     values = [reader.read(output, name, fallback) for name, fallback in names]
+    sides, roundness = (np.inf if value.constant is None else float(value.constant[0]) for value in values[1:])
+    if sides <= 2.0 and 0.0 < roundness < 1.0:
+        words = f"2 sides with a roundness of {roundness:.3g} exceed the largest numbers in Cycles; use 0 or 1"
+        reader.note(f"{output.label!r}: {words}")
     if output.socket.name == "Segment Coordinates":
         return reader.emit("radial_tiling", *values, settings=(bool(output.node.normalize),))
     found = reader.emit("radial_segment", *values)
