@@ -7,6 +7,10 @@ import numpy as np
 import pytest
 
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping
+from spectral_core.volume.march.device import opaque_doubles
+from spectral_core.volume.march.loop import march
+from spectral_core.volume.march.path import Placed, WorldRay, path_through
 from spectral_core.volume.plan import plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
@@ -66,3 +70,26 @@ def test_a_camera_that_single_precision_moves_has_a_lower_stated_error():
     truth = 1.0 - np.exp(-1e4 * lengths(volume, view))
     snr = 10.0 * np.log10(np.sum(truth**2) / max(np.sum((shown - truth) ** 2), 1e-30))
     assert made.estimate_db <= snr + 3.0
+
+
+def test_rays_of_a_scene_that_leave_a_face_meet_nothing():
+    """A ray from a surface that touches a field begins on the field's face, wherever it is on it."""
+    import drjit.llvm as types
+
+    solid = TransferFunction((Material("solid", [0.0], [1e9], [1.0, 1.0, 1.0]),))
+    volume = opaque_box(np.eye(4))
+    rng = np.random.default_rng(2)
+    start = (rng.random((400, 3)) * volume.shape - 0.5).astype(np.float32)
+    toward = rng.normal(size=(400, 3))
+    for k in range(400):
+        axis, side = k % 3, k // 3 % 2
+        start[k, axis] = (-0.5, volume.shape[axis] - 0.5)[side]
+        toward[k, axis] = (-1.0, 1.0)[side] * abs(toward[k, axis])
+    toward /= np.linalg.norm(toward, axis=1, keepdims=True)
+    data = VolumeRenderer(volume).prepare(solid).march_input(Stepping("uniform", "midpoint", 1.0))
+    rows = tuple(opaque_doubles(types, row) for row in np.eye(3))
+    placed = Placed(data, rows, opaque_doubles(types, np.zeros(3)))
+    endless = types.Float(np.full(400, 1e30, np.float32))
+    for sign, shown in ((1.0, 0.0), (-1.0, 1.0)):
+        ray = WorldRay(types.Array3f(start.T), types.Array3f((sign * toward).T.astype(np.float32)), endless)
+        assert march(path_through([placed], ray)).amounts[0].numpy() == pytest.approx(shown, abs=1e-5)
