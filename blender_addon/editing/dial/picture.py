@@ -103,6 +103,20 @@ def covers(context: Context, scene: Scene, camera: Object | None) -> bool:
     return any(each.show_background_image and each.alpha == 1.0 and each.display_depth == "FRONT" for each in shown)
 
 
+def lacks_view_transform(context: Context) -> bool:
+    """True if the 3D view of ``context`` shows the picture otherwise than a render: in Solid and Wireframe mode Blender
+    draws everything with the transform Standard, without the file's exposure.
+    """
+    space, scene = context.space_data, context.scene
+    if space.type != "VIEW_3D" or space.shading.type not in ("SOLID", "WIREFRAME"):
+        return False
+    view = scene.view_settings
+    plain = view.view_transform == "Standard" and view.look == "None" and (view.exposure, view.gamma) == (0.0, 1.0)
+    plain = plain and not (view.use_curve_mapping or getattr(view, "use_white_balance", False))
+    camera = space.camera if space.use_local_camera and space.camera else scene.camera
+    return not plain and covers(context, scene, camera)
+
+
 def _remove(camera: Camera, images: set[Image]) -> None:
     for each in [each for each in camera.background_images if each.image in images]:
         camera.background_images.remove(each)
