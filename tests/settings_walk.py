@@ -17,7 +17,10 @@ import numpy as np
 
 
 def fingerprint(item: Any) -> str:
-    """SHA-256 over every number, text and array of a translation's result: equal data, equal fingerprint."""
+    """SHA-256 over every number, text and array of a translation's result: equal data, equal fingerprint.
+
+    Numbers count in single precision: the last digits of a product of matrices may differ from call to call.
+    """
     digest = hashlib.sha256()
     _feed(digest, item)
     return digest.hexdigest()
@@ -25,8 +28,11 @@ def fingerprint(item: Any) -> str:
 
 def _feed(digest: Any, item: Any) -> None:
     digest.update(f"<{type(item).__name__}".encode())
-    if isinstance(item, np.ndarray):
-        digest.update(f"{item.shape}".encode() + np.ascontiguousarray(item).tobytes())
+    if isinstance(item, (float, np.float64)):
+        digest.update(f"{item:.8g}".encode())
+    elif isinstance(item, np.ndarray):
+        kept = item.astype(np.float32) if item.dtype == np.float64 else item
+        digest.update(f"{item.shape}".encode() + np.ascontiguousarray(kept).tobytes())
     elif dataclasses.is_dataclass(item) and not isinstance(item, type):
         _feed(digest, {field.name: getattr(item, field.name) for field in dataclasses.fields(item)})
     elif isinstance(item, Mapping):
