@@ -10,7 +10,8 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing.board import live
 from ..editing.board.paths import number_at
-from .common import UNDOABLE, chosen_path, paths_under_pointer, reporting, require_index, with_menu_entry
+from ..editing.board.pointed import paths_under_pointer
+from .common import UNDOABLE, chosen_path, reporting, require_index, with_menu_entry
 
 
 def board_in(context: Context) -> PropertyGroup:

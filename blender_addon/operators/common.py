@@ -3,7 +3,7 @@
 
 import functools
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,6 @@ from bpy.types import Context, Event, Operator, PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError, SpectralError
 
 from .. import compat
-from ..editing.board.paths import full_path
 from ..editing.deferred import open_scene
 from ..editing.pauses import pause, paused_seconds
 from ..translate.spectra.stored import library_of
@@ -39,35 +38,6 @@ def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:
             return {"CANCELLED"}
 
     return reported
-
-
-def paths_under_pointer(
-    context: Context, kinds: frozenset[str] = frozenset({"FLOAT", "INT"})
-) -> Iterator[tuple[str, str]]:
-    """Each number of the control under the pointer: the suffix of its menu entry, and its full path.
-
-    ``kinds``: the types of properties to include.
-    """
-    pointer, known = getattr(context, "button_pointer", None), getattr(context, "button_prop", None)
-    if pointer is None or known is None or known.type not in kinds:
-        return
-    is_custom = known.identifier not in pointer.bl_rna.properties  # Blender calls each of these read-only
-    if (known.is_readonly and not is_custom) or (known.type == "ENUM" and known.is_enum_flag):
-        return
-    block = pointer.id_data
-    try:
-        holder = "" if pointer == block else pointer.path_from_id()
-    except ValueError:
-        return  # Blender gives no path to it
-    if is_custom:
-        path = f'{holder}["{bpy.utils.escape_identifier(known.identifier)}"]'
-    else:
-        path = f"{holder}." * bool(holder) + known.identifier
-    indices: Iterable[int] = (-1,)
-    if getattr(known, "is_array", False):  # Blender does not know the length of a custom one
-        indices = range(len(pointer[known.identifier]) if is_custom else known.array_length)
-    for index in indices:
-        yield "" if index < 0 else f" {index + 1}", full_path(block, path, index)
 
 
 def with_menu_entry(

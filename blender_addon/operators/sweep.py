@@ -8,8 +8,9 @@ from bpy.types import Context, Event
 from spectral_core.errors import InvalidInputError
 
 from ..editing import sweep as editing
+from ..editing.board.pointed import paths_under_pointer
 from ..editing.sweep_points import keyframe_path, set_point
-from .common import UNDOABLE, paths_under_pointer, reporting, require_index, with_menu_entry
+from .common import UNDOABLE, reporting, require_index, with_menu_entry
 
 SWEPT_TYPES = frozenset({"FLOAT", "INT", "BOOLEAN", "ENUM"})
 """Types of properties that a sweep varies: numbers, switches, lists."""

@@ -293,13 +293,3 @@ def test_a_lamp_of_size_0_without_normalize_shines(build, translate, kind, facto
     lamp.data.normalize = False
     (light,) = translate().lights
     assert (light.irradiance if kind == "SUN" else light.power_w) == pytest.approx(10.0 * factor)
-
-
-def test_a_camera_may_clip_close_to_its_start_and_focus_before_it(build, translate):
-    lens = build.camera().data
-    lens.clip_start, lens.clip_end, lens.dof.use_dof, lens.dof.focus_distance = 5.0, 6.0, True, 3.0
-    camera = translate().camera
-    assert (camera.near, camera.far, camera.focus_distance) == pytest.approx((5.0, 6.0, 3.0))
-    lens.clip_end = 4.0
-    camera = translate().camera
-    assert camera.near < camera.far == pytest.approx(5.0, rel=1e-5)

@@ -84,7 +84,7 @@ def test_the_dial_shows_the_progress_of_a_recording_in_place_of_the_button(blend
     def drawn() -> tuple[list[str], list[str]]:
         layout = MagicMock()
         row = layout.box.return_value.row.return_value
-        _draw_recording(layout, SimpleNamespace(scene=scene, preferences=None, region=None), scene.spectral.dial)
+        _draw_recording(layout, bpy.context, scene.spectral.dial)
         return [each.args[0] for each in row.operator.mock_calls if each.args], [
             each.kwargs["text"] for each in row.progress.mock_calls
         ]

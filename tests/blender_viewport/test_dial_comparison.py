@@ -42,6 +42,7 @@ def test_each_edit_is_found_as_by_a_whole_translation(stage, monkeypatch):
 def test_a_scene_that_is_read_in_shares_is_that_of_the_last_edit(stage, monkeypatch):
     """Each share makes one part at least, and an edit between two shares is in the outcome."""
     from blender_addon.editing.dial import changes
+    from blender_addon.translate.viewport import kept
 
     eye = bpy.data.objects.new("Eye", bpy.data.cameras.new("Eye"))
     stage.scene.collection.objects.link(eye)
@@ -51,6 +52,7 @@ def test_a_scene_that_is_read_in_shares_is_that_of_the_last_edit(stage, monkeypa
         changes, "_stage_of", lambda scene: changes._stages.setdefault(scene.session_uid, changes.Stage())
     )
     monkeypatch.setattr(changes, "SHARE_SECONDS", 0.0)
+    monkeypatch.setattr(kept, "NEW_SHARE", 0.0)
     try:
         for name, edit in EDITS.items():
             shares, number = changes.Shares(), 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A camera whose parents shear it has a note; scale and turns alone give none."""
+"""Cameras with settings that are rare: parents that shear them, and ends of their clipping that are close."""
 
 from __future__ import annotations
 
@@ -22,3 +22,13 @@ def test_a_camera_under_a_stretched_parent_has_a_note(build, translate, scale, t
     rig.scale, rig.rotation_euler, camera.parent = scale, turn, rig
     told = [note.subject for note in translate().notes if "shear" in note.message]
     assert told == ([camera.name] if tells else [])
+
+
+def test_a_camera_may_clip_close_to_its_start_and_focus_before_it(build, translate):
+    lens = build.camera().data
+    lens.clip_start, lens.clip_end, lens.dof.use_dof, lens.dof.focus_distance = 5.0, 6.0, True, 3.0
+    camera = translate().camera
+    assert (camera.near, camera.far, camera.focus_distance) == pytest.approx((5.0, 6.0, 3.0))
+    lens.clip_end = 4.0
+    camera = translate().camera
+    assert camera.near < camera.far == pytest.approx(5.0, rel=1e-5)
