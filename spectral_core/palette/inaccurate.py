@@ -6,6 +6,7 @@ Texts name the cells, the numbers that were given, those that were expected, and
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import combinations
 
 import numpy as np
@@ -31,6 +32,8 @@ NEARLY = 1e-2
 rounding."""
 MOST_UNKNOWNS, MOST_NAMES = 4000, 4
 """Largest side for which that is tested, which takes up to a second; and most cells that a message names."""
+PROVEN = 1e-9
+"""Share of the largest color by which exact cells must miss for a proof that they conflict."""
 ROUNDING = 1e-14
 """Share of a color that may be rounding of its sum."""
 
@@ -107,6 +110,19 @@ def only_black(problem: PaletteProblem, solved: tuple[Assembled, Answer] | None,
         f"Together with the other exact cells, {', '.join(names)}{more} can be exact only in black. The closest "
         f"compromise is shown, which misses exact cells by {worst:.1g} in linear RGB. Make one of them not exact, or "
         "choose another light."
+    )
+
+
+def is_proven(problem: PaletteProblem, solved: Iterable[tuple[Assembled, Answer]]) -> bool:
+    """True if the multipliers of a side prove that exact cells conflict by more than rounding of the largest color.
+
+    ``solved``: the sides with their answers.
+    """
+    largest = max((float(np.abs(color).max()) for _, color in _colors(problem)), default=0.0)
+    return any(
+        answer.values and least_miss(assembled.quadratic, answer) > PROVEN * max(largest, 1.0)
+        for assembled, answer in solved
+        if answer.infeasible
     )
 
 

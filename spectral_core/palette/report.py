@@ -14,7 +14,7 @@ from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.cell_errors import CellErrors, cell_errors
-from spectral_core.palette.inaccurate import excluded_pair, extreme_number, missed_as_measured, only_black
+from spectral_core.palette.inaccurate import excluded_pair, extreme_number, is_proven, missed_as_measured, only_black
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.block import DIM
 from spectral_core.palette.qp.optimality import Check, checked
@@ -99,6 +99,9 @@ def _named_cause(
         black = only_black(problem, trace.sides.get("reflectances"), worst)
         if black or len(trace.sides) > 1:
             return status, black or NOT_FOUND
+        # Beside extreme colors, exact cells that hold seem to miss by rounding.
+        if extreme_number(problem, state) and not is_proven(problem, trace.sides.values()):
+            status = PaletteStatus.INACCURATE
     if status is PaletteStatus.IMPROVING and not _is_exact_optimum(trace):
         return status, ROUGH
     extreme = ""

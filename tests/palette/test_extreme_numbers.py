@@ -9,6 +9,7 @@ import pytest
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, PaletteStatus, solve_palette
 from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.inaccurate import excluded_pair, extreme_number
+from spectral_core.spectra.observer import linear_rgb_from_product
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 GRID = SpectralGrid(np.linspace(400.0, 700.0, 31))
@@ -51,6 +52,30 @@ def test_a_color_of_a_trillion_is_named_with_what_is_expected() -> None:
     assert "“paint” under “lamp” has the color 1e+12 in linear RGB, where white is 1" in solution.remedy
     assert "Expected are colors up to 1000" in solution.remedy
     assert "multiply the power of the light" in solution.remedy
+
+
+@pytest.mark.parametrize("size", [1e6, 1e8, 1e12])
+def test_exact_cells_of_extreme_size_that_hold_are_no_conflict(size: float) -> None:
+    """They miss by the rounding of large numbers; a conflict was reported for 35 of 40 palettes at 1e8."""
+    rng = np.random.default_rng(4)
+    warm = Illuminant("warm", GRID, np.linspace(0.002, 0.018, 31))
+    lights = tuple(PaletteLight(lamp.scaled(size)) for lamp in (LAMP, warm))
+    for _ in range(4):
+        paint = 0.1 + 0.8 * rng.random(31)
+        shown = [linear_rgb_from_product(light.spectrum, GRID) @ paint for light in lights]
+        solution = solve_palette(palette(*(Cell.fixed(color, exact=True) for color in shown), lights=lights))
+        assert solution.status is not PaletteStatus.EXACT_CONFLICT
+        assert solution.status.trusted or "where white is 1" in solution.remedy
+
+
+@pytest.mark.parametrize("size", [1.0, 1e6, 1e12])
+def test_a_conflict_of_extreme_size_is_still_one(size: float) -> None:
+    """No reflectance up to 1 is brighter than white, and none is green under a lamp of one narrow red line."""
+    red = Illuminant("red", SpectralGrid([600.0, 630.0, 631.0, 632.0, 660.0]), [0.0, 0.0, 1.0, 0.0, 0.0])
+    for lamp, color in ((LAMP, (2.0, 2.0, 2.0)), (red, (0.01, 0.2, 0.01))):
+        light = PaletteLight(lamp.scaled(size))
+        solution = solve_palette(palette(Cell.fixed(size * np.array(color), exact=True), lights=(light,)))
+        assert solution.status is PaletteStatus.EXACT_CONFLICT
 
 
 def test_lights_of_far_apart_power_are_named() -> None:
