@@ -9,6 +9,7 @@ from spectral_core.render.relight.memory import stated_peak
 from ..editing.dial.live import shares_of
 from ..editing.dial.members import group_count
 from ..editing.dial.names import name_of
+from ..editing.dial.picture import lacks_view_transform
 from ..operators.dial_drag import running
 from ..operators.dial_record import recording_progress
 from ..translate.camera import translate_film
@@ -16,6 +17,11 @@ from ..translate.dial import storage_of
 from .parts import wrapped
 
 LINEAR_ONLY = "Light adds up, so any mixture is exact. Surfaces do not: after changing one, record again."
+
+WITHOUT_TRANSFORM = (
+    "In Solid and Wireframe mode Blender shows the picture without the file's view transform and exposure. "
+    "Rendered mode and the image editor show it as F12 does."
+)
 
 
 class SPECTRAL_UL_dial_bulbs(bpy.types.UIList):
@@ -83,6 +89,10 @@ def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
     row.prop(dial, "over_camera", text="", icon="VIEW_CAMERA")
     row.operator("spectral.dial_show", text="", icon="IMAGE_DATA")
     row.operator("spectral.dial_reset", text="", icon="LOOP_BACK")
+    if lacks_view_transform(context):
+        hint = layout.column()
+        hint.active = False
+        wrapped(hint, context, WITHOUT_TRANSFORM, icon="INFO")
     shares = shares_of(dial)
     if not shares.any():
         warning = layout.column()

@@ -179,3 +179,28 @@ def test_views_are_not_told_of_the_image_at_each_change(scene, shown):
     finally:
         bpy.app.handlers.depsgraph_update_post.remove(listen)
     assert "Image" not in told
+
+
+@pytest.mark.parametrize("mode", ["SOLID", "WIREFRAME", "MATERIAL", "RENDERED"])
+def test_the_panel_states_where_blender_shows_the_picture_without_the_view_transform(scene, shown, mode):
+    """Blender draws Solid and Wireframe mode with Standard: seen in windows of Blender 4.3 and 5.2."""
+    from blender_addon.editing.dial.picture import lacks_view_transform
+
+    image, view = shown(scene, 0.5), scene.view_settings
+    live.place(scene, image, over_camera=True)
+    space = SimpleNamespace(
+        type="VIEW_3D", shading=SimpleNamespace(type=mode), overlay=SimpleNamespace(show_overlays=True),
+        use_local_camera=False, camera=None, region_3d=SimpleNamespace(view_perspective="CAMERA"),
+    )  # fmt: skip
+    context = SimpleNamespace(space_data=space, scene=scene, region_data=None)  # as in a panel
+    plain = mode in ("SOLID", "WIREFRAME")
+    view.view_transform = "AgX"
+    assert lacks_view_transform(context) == plain
+    view.view_transform = "Standard"
+    assert not lacks_view_transform(context), "the file's own transform is Standard"
+    view.exposure = 1.0
+    assert lacks_view_transform(context) == plain
+    space.region_3d.view_perspective = "PERSP"
+    assert not lacks_view_transform(context), "the picture is not shown"
+    space.type = "IMAGE_EDITOR"
+    assert not lacks_view_transform(context)
