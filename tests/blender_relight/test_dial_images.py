@@ -190,10 +190,9 @@ def test_the_panel_states_where_blender_shows_the_picture_without_the_view_trans
     live.place(scene, image, over_camera=True)
     space = SimpleNamespace(
         type="VIEW_3D", shading=SimpleNamespace(type=mode), overlay=SimpleNamespace(show_overlays=True),
-        use_local_camera=False, camera=None,
+        use_local_camera=False, camera=None, region_3d=SimpleNamespace(view_perspective="CAMERA"),
     )  # fmt: skip
-    seen = SimpleNamespace(view_perspective="CAMERA")
-    context = SimpleNamespace(space_data=space, scene=scene, region_data=seen)
+    context = SimpleNamespace(space_data=space, scene=scene, region_data=None)  # as in a panel
     plain = mode in ("SOLID", "WIREFRAME")
     view.view_transform = "AgX"
     assert lacks_view_transform(context) == plain
@@ -201,7 +200,7 @@ def test_the_panel_states_where_blender_shows_the_picture_without_the_view_trans
     assert not lacks_view_transform(context), "the file's own transform is Standard"
     view.exposure = 1.0
     assert lacks_view_transform(context) == plain
-    seen.view_perspective = "PERSP"
+    space.region_3d.view_perspective = "PERSP"
     assert not lacks_view_transform(context), "the picture is not shown"
     space.type = "IMAGE_EDITOR"
     assert not lacks_view_transform(context)

@@ -8,7 +8,7 @@ image of its original; the name of the scene on the image tells them apart until
 from __future__ import annotations
 
 import bpy
-from bpy.types import Camera, Context, Image, Object, Scene
+from bpy.types import Camera, Context, Image, Object, RegionView3D, Scene, SpaceView3D
 
 from ... import compat
 
@@ -94,10 +94,14 @@ def place(scene: Scene, image: Image, *, over_camera: bool) -> None:
 
 def covers(context: Context, scene: Scene, camera: Object | None) -> bool:
     """True if the 3D view of ``context`` looks through ``camera`` and shows the picture over its frame."""
-    if camera is None or camera.type != "CAMERA" or context.region_data.view_perspective != "CAMERA":
+    return _covers(context.space_data, context.region_data, scene, camera)
+
+
+def _covers(space: SpaceView3D, view: RegionView3D, scene: Scene, camera: Object | None) -> bool:
+    if camera is None or camera.type != "CAMERA" or view.view_perspective != "CAMERA":
         return False
     image = scene.spectral.dial.picture
-    if image is None or not (context.space_data.overlay.show_overlays and camera.data.show_background_images):
+    if image is None or not (space.overlay.show_overlays and camera.data.show_background_images):
         return False
     shown = (each for each in camera.data.background_images if each.image == image)
     return any(each.show_background_image and each.alpha == 1.0 and each.display_depth == "FRONT" for each in shown)
@@ -114,7 +118,7 @@ def lacks_view_transform(context: Context) -> bool:
     plain = view.view_transform == "Standard" and view.look == "None" and (view.exposure, view.gamma) == (0.0, 1.0)
     plain = plain and not (view.use_curve_mapping or getattr(view, "use_white_balance", False))
     camera = space.camera if space.use_local_camera and space.camera else scene.camera
-    return not plain and covers(context, scene, camera)
+    return not plain and _covers(space, space.region_3d, scene, camera)  # a panel's region has no view of its own
 
 
 def _remove(camera: Camera, images: set[Image]) -> None:
