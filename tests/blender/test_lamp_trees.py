@@ -221,3 +221,19 @@ def test_a_lamp_color_tints_a_temperature_of_its_nodes(build, translate, kelvin)
     xyz = colour.sd_blackbody(kelvin, cmfs.shape).values @ cmfs.values
     rgb = colour.RGB_COLOURSPACES["sRGB"].matrix_XYZ_to_RGB @ (xyz / xyz[1])
     np.testing.assert_allclose(light.color.linear_rgb, np.maximum(rgb, 0.0) * (0.9, 0.3, 0.6), rtol=4e-3, atol=2e-3)
+
+
+def test_a_temperature_beyond_blenders_table_is_its_last_one_with_a_note(build, translate):
+    lamp = build.light("POINT", 100)
+    if not hasattr(lamp.data, "use_temperature"):
+        pytest.skip("this Blender's lights have no temperature")
+    lamp.data.use_temperature, lamp.data.temperature = True, 18000
+    scene = translate()
+    assert scene.lights[0].color.name == "blackbody 12000"
+    assert [note.message for note in scene.notes if "18000 K" in note.message and "12000 K" in note.message]
+    colors = []
+    for kelvin in (12000, 18000):
+        lamp.data.temperature = kelvin
+        lamp.data.color = (1, 0.5, 0.5)
+        colors.append(translate().lights[0].color.linear_rgb)
+    np.testing.assert_allclose(colors[0], colors[1], rtol=1e-4)  # Blender's own color of a temperature

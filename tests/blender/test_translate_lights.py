@@ -72,22 +72,6 @@ def test_temperature_is_a_blackbody_and_a_tint_keeps_the_color(build, translate)
     np.testing.assert_allclose(tinted.linear_rgb, np.array(lamp.data.temperature_color) * (1, 0.5, 0.5), rtol=1e-5)
 
 
-def test_a_temperature_beyond_blenders_table_is_its_last_one_with_a_note(build, translate):
-    lamp = build.light("POINT", 100)
-    if not hasattr(lamp.data, "use_temperature"):
-        pytest.skip("this Blender's lights have no temperature")
-    lamp.data.use_temperature, lamp.data.temperature = True, 18000
-    scene = translate()
-    assert the_light(scene).color.name == "blackbody 12000"
-    assert [note.message for note in scene.notes if "18000 K" in note.message and "12000 K" in note.message]
-    colors = []
-    for kelvin in (12000, 18000):
-        lamp.data.temperature = kelvin
-        lamp.data.color = (1, 0.5, 0.5)
-        colors.append(the_light(translate()).color.linear_rgb)
-    np.testing.assert_allclose(colors[0], colors[1], rtol=1e-4)  # Blender's own color of a temperature
-
-
 def test_exposure_and_power_over_area(build, translate):
     lamp = build.light("AREA", 10, shape="DISK", size=2)
     if not hasattr(lamp.data, "exposure"):

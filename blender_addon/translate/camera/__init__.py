@@ -92,12 +92,16 @@ def _lens_radius(lens: Any) -> float:
 
 
 def _focus_distance(lens: Any, matrix: np.ndarray) -> float:
-    """Distance to the plane in focus: along the view to the object in focus, else as set."""
+    """Distance to the plane in focus: along the view to the object or bone in focus, else as set."""
     target = lens.dof.focus_object
     if target is None:
         return float(lens.dof.focus_distance)
+    place = target.matrix_world
+    bone = target.pose.bones.get(lens.dof.focus_subtarget) if target.pose is not None else None
+    if bone is not None:
+        place = place @ bone.matrix
     view = matrix[:3, 2] / max(np.linalg.norm(matrix[:3, 2]), 1e-12)
-    return float(abs(view @ (np.asarray(target.matrix_world.translation, dtype=np.float64) - matrix[:3, 3])))
+    return float(abs(view @ (np.asarray(place.translation, dtype=np.float64) - matrix[:3, 3])))
 
 
 def translate_film(scene: Any, samples: int, seed: int) -> Film:

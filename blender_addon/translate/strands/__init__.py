@@ -252,6 +252,7 @@ def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> M
     normals = np.broadcast_to(directions, positions.shape)
     finite = np.isfinite(positions).all(axis=(1, 2))
     positions = np.where(finite[:, None, None], positions, 0.0)
+    placed = {read: positions for read in ("generated",) if read in reads}  # as in Cycles: the position itself
     return Mesh(
         name,
         positions.reshape(-1, 3).astype(np.float32),
@@ -260,7 +261,8 @@ def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> M
         attributes=tuple(
             Attribute(read, np.repeat(values, len(directions), axis=0))
             for read, values in of_points(cloud, reads, places, radii)
-        ),
+        )
+        + tuple(Attribute(read, values.reshape(-1, 3)) for read, values in placed.items()),
     )
 
 

@@ -34,12 +34,21 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
         _note_left_out(found, obj)
         _note_unread(found, obj, reads, mesh)
         _note_other_light(found, obj, materials)
+        if obj.type == "POINTCLOUD" and _is_stretched(instance):
+            found.translation.note(obj.name, "its points are stretched; Cycles shades them with the normals of balls")
         modes = obj.data.attributes.get("normal_mode")
         if STRAND_AXIS in reads and modes is not None and any(item.value for item in modes.data):
             found.translation.note(obj.name, "its cross-sections follow normals of least twist, not those of its modes")
         _enter(found, instance, obj.name_full, mesh, materials)
         attributes = object_attributes(obj, instance, reads, found)
         found.instances[-1] = _with(found.instances[-1], random, attributes)
+
+
+def _is_stretched(instance: Any) -> bool:
+    """True if the matrix of an instance does not keep angles."""
+    axes = np.array(instance.matrix_world, dtype=np.float64)[:3, :3]
+    squares = axes.T @ axes
+    return not np.allclose(squares, squares[0, 0] * np.eye(3), atol=0.02 * abs(squares[0, 0]))
 
 
 def _mesh(found: Any, obj: Any, reads: frozenset[str]) -> Mesh | None:
