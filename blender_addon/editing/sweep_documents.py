@@ -169,7 +169,10 @@ def _write(sweep: PropertyGroup, documents: Documents, parameters: list[Paramete
             f"the copy of the file for the sweep could not be written: {str(error).strip().removeprefix('Error: ')}; "
             "choose another folder for the sweep"
         ) from error
-    compute = {"kind": "blend", "blend": blend.name, "percentage": sweep.percentage, "samples": sweep.samples}
+    compute = {
+        "kind": "blend", "blend": blend.name, "scene": sweep.id_data.name,
+        "percentage": sweep.percentage, "samples": sweep.samples,
+    }  # fmt: skip
     contents = {
         "format": FORMAT, "version": VERSION, "compute": compute,
         "design": {"kind": sweep.design, "budget": sweep.budget},

@@ -51,21 +51,24 @@ class BlendNode:
     """Renders a .blend file with some of its properties set.
 
     ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: replace the file's
-    output size and samples, None for those of the file. ``command``: of a worker. ``not_linear``: why no point can be
-    re-lit, "" if points can.
+    output size and samples, None for those of the file. ``scene_name``: of the scene, "" for the one that the file
+    opens with. ``command``: of a worker. ``not_linear``: why no point can be re-lit, "" if points can.
     """
 
     file: str
     paths: tuple[tuple[str, str], ...]
     percentage: int | None = None
     samples: int | None = None
+    scene_name: str = ""
     command: tuple[str, ...] = ()
     not_linear: str = ""
     fingerprint: str = ""
     _kept: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
     @classmethod
-    def of(cls, file: Path, space: Space, *, percentage: int | None = None, samples: int | None = None) -> BlendNode:
+    def of(
+        cls, file: Path, space: Space, *, percentage: int | None = None, samples: int | None = None, scene: str = ""
+    ) -> BlendNode:  # fmt: skip
         """The node of a file; every path is checked in it.
 
         Parameters
@@ -74,19 +77,20 @@ class BlendNode:
         space : the parameters; their targets are full data paths, as Copy Full Data Path gives them.
         percentage : size of the pictures in percent of the file's.
         samples : light paths per pixel.
+        scene : name of the scene; the one that the file opens with if empty.
         """
         paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
         require_set_once((f"the parameter {name}", path) for name, path in paths)
-        node = cls(str(file.resolve()), paths, percentage, samples, worker_command())
+        node = cls(str(file.resolve()), paths, percentage, samples, scene, worker_command())
         node._open()
         for parameter in space.parameters:
             for choice in parameter.choices:
                 setting_at(parameter.target).checked(choice)
         start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
-        scene = node.scene(start, 0)
-        print_, node = scene_hash(scene), replace(node, not_linear=not_linear(scene))
+        made = node.scene(start, 0)
+        print_, node = scene_hash(made), replace(node, not_linear=not_linear(made))
         view = view_name(bpy.context.scene)
-        mark = recording_mark(scene) if node.relights else ""
+        mark = recording_mark(made) if node.relights else ""
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
@@ -163,10 +167,20 @@ class BlendNode:
             bpy.ops.wm.open_mainfile(filepath=self.file, load_ui=False)
         except RuntimeError as error:
             raise FileFormatError(f"{Path(self.file).name} cannot be opened: {str(error).strip()}") from error
+        if self.scene_name:
+            self._show_scene()
         bpy.context.scene.render.engine = ENGINE
         if self.percentage is not None and not self._sweeps(SIZE_PATH):
             bpy.context.scene.render.resolution_percentage = self.percentage
         self._kept["open"] = self.file
+
+    def _show_scene(self) -> None:
+        """Make the scene that of the context: a file opens with the scene of its first window."""
+        found = bpy.data.scenes.get(self.scene_name)
+        if found is None:
+            known = ", ".join(each.name for each in bpy.data.scenes)
+            raise InvalidInputError(f"{Path(self.file).name} has no scene {self.scene_name!r}; it has {known}")
+        bpy.context.window.scene = found
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_kept": {}}
@@ -189,9 +203,13 @@ class BlendNode:
 
 def blend_node(table: dict[str, Any], space: Space, folder: Path) -> BlendNode:
     """The node of a document's ``[compute] kind = "blend"``."""
-    name = entries(table, "blend", "blend", tuple(_MOST))
+    name, scene = entries(table, "blend", "blend", (*_MOST, "scene")), table.get("scene", "")
+    if not isinstance(scene, str):
+        raise InvalidInputError(f"[compute] has scene = {scene!r}; expected the name of a scene of the file")
     for setting, most in _MOST.items():
         value = table.get(setting, 1)
         if type(value) is not int or not 1 <= value <= most:
             raise InvalidInputError(f"[compute] has {setting} = {value!r}; expected a whole number from 1 to {most}")
-    return BlendNode.of(folder / name, space, percentage=table.get("percentage"), samples=table.get("samples"))
+    return BlendNode.of(
+        folder / name, space, percentage=table.get("percentage"), samples=table.get("samples"), scene=scene
+    )

@@ -14,6 +14,7 @@ pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spe
 import bpy
 
 from blender_addon.editing import sweep as sweeps
+from blender_addon.editing import sweep_documents
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.store import Store
 from tests.blender_sweep.test_runs_and_files import _table, swept  # noqa: F401 - a fixture
@@ -81,3 +82,28 @@ def test_a_run_that_takes_the_folder_keeps_its_documents(swept: Any, monkeypatch
     assert sweeps.tick() is None
     assert set(documents(folder)) == set(kept)
     assert documents(folder)[f"{folder.stem}.sweep.blend"] != kept[f"{folder.stem}.sweep.blend"]
+
+
+def test_the_swept_scene_is_rendered_and_not_that_of_the_first_window(scene: Any) -> None:  # noqa: F811
+    """A second window may show another scene; a file opens with the scene of its first window."""
+    from blender_addon.editing.sweep_node import blend_node
+    from spectral_core.explore.sweep.document import read_sweep
+    from spectral_core.explore.sweep.parameters import Parameter, Space
+
+    other = scene.copy()
+    other.name, other.use_fake_user = "Night", True
+    other.render.resolution_x = 2 * scene.render.resolution_x
+    sweeps.add(other, KEY)
+    written = sweep_documents.write_documents(other)
+    assert bpy.context.window.scene == scene
+    table = dict(read_sweep(written.document).compute)
+    space = Space((Parameter("energy", 10.0, 20.0, path=KEY),))
+    kind = table.pop("kind")
+    made = blend_node(table, space, written.folder.parent).scene({"energy": 12.0}, 0)
+    assert kind == "blend" and made.film.width == 2 * 32
+    first = blend_node(table | {"scene": "Scene"}, space, written.folder.parent)
+    assert first.scene({"energy": 12.0}, 0).film.width == 32
+    with pytest.raises(InvalidInputError, match="has no scene 'Dawn'; it has Night, Scene"):
+        blend_node(table | {"scene": "Dawn"}, space, written.folder.parent)
+    with pytest.raises(InvalidInputError, match="scene = 3; expected the name"):
+        blend_node(table | {"scene": 3}, space, written.folder.parent)
