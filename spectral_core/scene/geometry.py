@@ -127,7 +127,7 @@ def box_of(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def placed(points: NDArray[Any], world_from_object: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (n, 3) in the world; (k, n, 3) for ``world_from_object`` of k objects, (k, 4, 4)."""
+    """Points (n, 3) in the world; of k objects, (k, 4, 4), that share the points or have their own: (k, n, 3)."""
     turned = points @ np.swapaxes(world_from_object[..., :3, :3], -1, -2)
     return np.asarray(turned + world_from_object[..., None, :3, 3])
 
@@ -143,10 +143,14 @@ def placed_by_mesh(instances: Iterable[Instance]) -> dict[str, tuple[list[int], 
 def placed_boxes(meshes: Iterable[Mesh], instances: Sequence[Instance]) -> list[NDArray[np.float64]]:
     """Corners (8, 3) of the box around each instance in the world; (0, 3) for a mesh without vertices."""
     boxes = {mesh.name: box_of(mesh) for mesh in meshes}
-    found = dict[int, NDArray[np.float64]]()
-    for name, (numbers, matrices) in placed_by_mesh(instances).items():
-        found.update(zip(numbers, placed(boxes[name], matrices), strict=True))
-    return [found[number] for number in range(len(instances))]
+    found = [boxes[each.mesh] for each in instances]
+    full = [number for number, box in enumerate(found) if len(box)]
+    if full:  # in one product: a call for each of thousands of objects takes longer than an edit may
+        matrices = np.array([instances[number].world_from_object for number in full])
+        corners = placed(np.array([found[number] for number in full]), matrices)
+        for number, box in zip(full, corners, strict=True):
+            found[number] = box
+    return found
 
 
 def corners_of(points: NDArray[Any]) -> NDArray[np.float64]:

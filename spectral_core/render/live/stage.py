@@ -66,6 +66,7 @@ class Stage:
         self._seen_from: Viewpoint | None = None
         self._width = 0
         self._shift = np.zeros(3)
+        self._sizes: list[tuple[Scene, float]] = []
 
     @property
     def launcher(self) -> Launcher:
@@ -179,8 +180,16 @@ class Stage:
         for kind in ("meshes", "materials", "instances", "lights"):
             if [item.name for item in getattr(old, kind)] != [item.name for item in getattr(simulated, kind)]:
                 return False
-        sizes = [measure(each) for measure in (scene_radius, typical_size) for each in (scene, self.scene)]
-        return min(sizes) >= SMALLEST_RADIUS  # smaller scenes are rescaled
+        return min(map(self._size, (self.scene, scene))) >= SMALLEST_RADIUS  # smaller scenes are rescaled
+
+    def _size(self, scene: Scene) -> float:
+        """Size by which a scene may be rescaled; those of the last two scenes are kept."""
+        for known, size in self._sizes:
+            if known is scene:
+                return size
+        size = min(scene_radius(scene), typical_size(scene))
+        self._sizes = [*self._sizes[-1:], (scene, size)]
+        return size
 
     def _draw_again(self, old: Scene, new: Scene) -> bool:
         """Draw other wavelengths if the present ones miss most light of the lamps, surfaces and media with other

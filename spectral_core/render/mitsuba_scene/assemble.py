@@ -26,7 +26,7 @@ from spectral_core.render.mitsuba_scene.surface import leaves_of
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.render.trace.media.table import FARTHEST, MediaAround
 from spectral_core.scene import Camera, Color, Film, Light, Note, Rays, Scene, World
-from spectral_core.scene.geometry import box_of, corners_of, index_box, placed, placed_by_mesh, unit_box
+from spectral_core.scene.geometry import corners_of, index_box, placed, placed_boxes, placed_by_mesh, unit_box
 
 SMALLEST_SCENE, LARGEST_SCENE = 1e-9, 1e8
 """Radii of scenes that 32-bit numbers represent well; smaller and larger scenes get a note."""
@@ -257,14 +257,14 @@ def bounding_sphere(
     scene: Scene, positions: Mapping[str, Iterable[NDArray[np.float32]]] | None = None
 ) -> tuple[NDArray[np.float64], float]:
     """Center and radius around every placed mesh (its positions by name, by default all), volume and the camera."""
+    points = [scene.camera.world_from_camera[None, :3, 3]]
     if positions is None:
-        boxes = {mesh.name: [box_of(mesh)] for mesh in scene.meshes if len(mesh.positions)}
+        points += placed_boxes(scene.meshes, scene.instances)
     else:
         boxes = {name: [corners_of(part) for part in parts] for name, parts in positions.items()}
-    points = [scene.camera.world_from_camera[None, :3, 3]]
-    for name, (_, matrices) in placed_by_mesh(scene.instances).items():
-        for corners in boxes.get(name, ()):
-            points.append(placed(corners, matrices).reshape(-1, 3))
+        for name, (_, matrices) in placed_by_mesh(scene.instances).items():
+            for corners in boxes.get(name, ()):
+                points.append(placed(corners, matrices).reshape(-1, 3))
     for volume in scene.volumes:
         points.append(placed(unit_box().positions, volume.world_from_index @ index_box(volume.data.shape)))
     everything = np.concatenate(points)

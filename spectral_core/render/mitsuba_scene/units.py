@@ -84,10 +84,11 @@ def _layout(scene: Scene, *, around: bool = True) -> tuple[Array, float, float]:
     ``around``: also those that the camera is in.
     """
     eye = scene.camera.world_from_camera[:3, 3]
-    boxes = [box for box in placed_boxes(scene.meshes, scene.instances) if len(box) and np.isfinite(box).all()]
-    if not boxes:
+    boxes = [box for box in placed_boxes(scene.meshes, scene.instances) if len(box)]
+    corners = np.array(boxes).reshape(-1, 8, 3)
+    corners = corners[np.isfinite(corners).all(axis=(1, 2))]
+    if not len(corners):
         return np.zeros(3), 0.0, np.inf
-    corners = np.stack(boxes)
     low, high = corners.min(axis=1), corners.max(axis=1)
     nearest = np.clip(eye, low, high)
     away, radius = np.linalg.norm(nearest - eye, axis=1), np.linalg.norm(high - low, axis=1) / 2
