@@ -204,6 +204,11 @@ def curves_of(animation: Any) -> list[Any]:
     return [bag.fcurves for bag in bags if bag is not None]
 
 
+def is_before_5_0() -> bool:
+    """True for Cycles of older versions, whose surface of objects without a material is matt."""
+    return "media_type" not in bpy.types.ImageFormatSettings.bl_rna.properties
+
+
 def is_before_5_2() -> bool:
     """True for Cycles of older versions, which divides a mesh at its sharp edges, so that displaced faces come apart
     there, and whose Magic Texture has seams.

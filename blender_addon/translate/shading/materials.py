@@ -37,7 +37,7 @@ from .reader import Reader
 from .surfaces import surface_of
 from .tree import Input, linked, surface_output
 
-NO_MATERIAL = Material("No material", Principled(gray(0.8)))
+NO_MATERIAL = Material("No material", Diffuse(gray(0.8)) if compat.is_before_5_0() else Principled(gray(0.8)))
 """Material of an object without one, as in Cycles."""
 
 
