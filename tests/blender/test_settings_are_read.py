@@ -165,7 +165,8 @@ CASES = {
     ),
     "depth of field": Case(
         "CameraDOFSettings", lambda build: _camera(build).dof, {"use_dof": True}, {},
-        {"focus_object": "tests/blender/test_translate_rays.py", "aperture_rotation": "of a lens with blades"},
+        {"focus_object": "tests/blender/test_translate_rays.py", "aperture_rotation": "of a lens with blades",
+         "focus_subtarget": "tests/blender/test_focus_on_bones.py"},
     ),
     "object": Case(
         "Object", _object, {}, {"lightgroup": "another", "rotation_euler": (0.3, 0.2, 0.1)},

@@ -256,7 +256,7 @@ def test_no_output_no_nodes_no_material(build, surface):
     found, notes = surface(material)
     assert isinstance(found, Diffuse) and not np.any(rgb(found.color)) and len(notes) == 1
     found, _ = surface(None)
-    np.testing.assert_allclose(rgb(found.color), 0.8)
+    np.testing.assert_allclose(rgb(found.base_color), 0.8)
 
 
 def test_no_shader_node_of_this_blender_raises_an_error(build, translate):
