@@ -70,8 +70,11 @@ def in_collection(scene, name):
     return bpy.context.view_layer.layer_collection.children[name]
 
 
-def test_the_eye_of_a_collection_hides_its_objects_and_copies(stage, real_space):
+@pytest.mark.parametrize("is_real", [True, False])
+def test_the_eye_of_a_collection_hides_its_objects_and_copies(stage, request, is_real):
     """Blender keeps them in the depsgraph, since another view may have collections of its own."""
+    if is_real:
+        request.getfixturevalue("real_space")
     eye = in_collection(stage.scene, "Props")
     edited(stage)
     assert sent(stage) == ({"Lamp"}, {"Floor", "Ball", "Inner"})

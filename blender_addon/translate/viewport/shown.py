@@ -41,15 +41,18 @@ def shown_by(space: Any, view_layer: Any) -> Callable[[Any], bool]:
 
     Copies are as local as their owner, hidden with its collection, and hidden by their own type, as in Cycles.
     """
-    types, is_local, layer = _hidden_types(space), _is_local(space), _hidden_collections(space, view_layer)
-    if not (types or is_local or layer):
+    types, is_local = _hidden_types(space), _is_local(space)
+    hidden: set[int] = set() if is_local or not _hidden_collections(space, view_layer) else _hidden_objects(view_layer)
+    if not (types or is_local or hidden):
         return lambda _instance: True
 
     def is_shown(instance: Any) -> bool:
         if instance.object.type in types:
             return False
-        # a copy has the visibility of its owner, but for the owner's type
-        return not (is_local or layer) or bool(instance.object.visible_in_viewport_get(space))
+        if is_local:  # a copy has the visibility of its owner, but for the owner's type
+            return bool(instance.object.visible_in_viewport_get(space))
+        owner = instance.parent if instance.is_instance else instance.object
+        return owner.original.session_uid not in hidden
 
     return is_shown
 
@@ -73,6 +76,20 @@ def _hidden_collections(space: Any, view_layer: Any) -> set[str]:
         if each.hide_viewport:
             found.add(each.name)
     return found
+
+
+def _hidden_objects(view_layer: Any) -> set[int]:
+    """Session numbers of the objects that are in hidden collections alone. A hidden collection hides those in it."""
+    hidden: set[int] = set()
+    shown: set[int] = set()
+    left = [(view_layer.layer_collection, False)]
+    while left:
+        each, is_hidden = left.pop()
+        is_hidden = is_hidden or each.hide_viewport
+        left += [(child, is_hidden) for child in each.children]
+        if not each.exclude:
+            (hidden if is_hidden else shown).update(obj.session_uid for obj in each.collection.objects)
+    return hidden - shown
 
 
 def _hidden_types(space: Any) -> set[str]:
