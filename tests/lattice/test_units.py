@@ -166,7 +166,9 @@ def test_limits_far_away_make_no_region_too_thin(far: float) -> None:
     regions = [(unit & lattice.ball(np.array([0.3, 0.5]), np.array([0.1, far])), (0.2, 1.0))]
     if far <= 1e9:  # beyond, doubles near the ball are too far apart
         regions.append((unit & small, (0.04 / far, 0.1 / far)))
+    strip = lattice.halfspaces([[0.0, 1.0], [0.0, -1.0]], [1.0, 0.0])
     if far <= 1e6:  # beyond, linear programs have no digits left
+        regions.append((strip & lattice.ball(np.array([0.3, 0.5]), np.array([0.02, far])), (0.04, 1.0)))
         regions.append((unit & lattice.halfspaces([[1.0, 0.3], [-2.0, 1.0]], [far, 3.0 * far]), (1.0, 1.0)))
     for region, widths in regions:
         points = lattice.progressive_fill(region, 80, seed=1).points

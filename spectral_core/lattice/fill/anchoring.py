@@ -97,7 +97,7 @@ def _anchored_general(region: Region) -> Anchored:
             "with & box(...)"
         )
     # Near the origin and of size 1, for which the tolerances of the linear programs are made.
-    shift, size = place_and_size(region)
+    shift, size = place_and_size(region, rows, bounds)
     bounds = (bounds - rows @ shift) / size
     ball = _rescaled(region.norm_ball, shift, size)
     # The linear program knows the ball by half-spaces only. If its solution lies outside the ball, the tangent plane

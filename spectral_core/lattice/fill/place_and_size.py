@@ -18,24 +18,25 @@ MAX_RESCALINGS = 5
 """Steps to the size of a region; each can make it a million times smaller."""
 
 
-def place_and_size(region: Region) -> tuple[Matrix, float]:
+def place_and_size(region: Region, rows: Matrix, bounds: Matrix) -> tuple[Matrix, float]:
     """A point near a region (n,), and about its largest width.
 
-    The half-spaces and the ball each contain the region, and the smaller of the two is about as large as it is, unless
-    some half-spaces are so far away that they cut nothing.
+    ``rows``, ``bounds``: its half-spaces and those around its ball; all rows have length 1. The half-spaces and the
+    ball each contain the region, and the smaller of the two is about as large as it is, unless some of their limits are
+    so far away that they cut nothing.
     """
     found = []
     if region.norm_ball is not None:
         found.append((region.norm_ball.center, float(region.norm_ball.radii.max())))
     if region.norm_ball is None or is_bounded(region.rows):
-        found.append(_of_half_spaces(region.rows, region.bounds))
-    return min(found, key=lambda each: each[1])
+        shift = np.linalg.lstsq(region.rows, region.bounds, rcond=None)[0]
+        start = shift, float(np.abs(region.bounds - region.rows @ shift).max()) or 1.0
+        found.append(_sharpened(region.rows, region.bounds, *start))
+    return _sharpened(rows, bounds, *min(found, key=lambda each: each[1]))
 
 
-def _of_half_spaces(rows: Matrix, bounds: Matrix) -> tuple[Matrix, float]:
-    """Point and width of the half-spaces alone, whose rows have length 1."""
-    shift = np.linalg.lstsq(rows, bounds, rcond=None)[0]
-    size = float(np.abs(bounds - rows @ shift).max()) or 1.0
+def _sharpened(rows: Matrix, bounds: Matrix, shift: Matrix, size: float) -> tuple[Matrix, float]:
+    """Point and width of half-spaces, from a point and a distance to which they reach at most."""
     for _ in range(MAX_RESCALINGS):
         distances = (bounds - rows @ shift) / size
         ends = _ends(distances, rows) if np.abs(distances).min() < FAR_OFF else None
