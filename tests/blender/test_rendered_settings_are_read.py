@@ -98,6 +98,7 @@ NOT_WALKED: dict[str, dict[str, str]] = {
     "Camera": because(ALIAS, "angle_x angle_y lens_unit") | because(
         "a camera of type Custom is named as a whole",
         "custom_bytecode custom_bytecode_hash custom_filepath custom_mode custom_shader"),
+    "CameraDOFSettings": because("a bone of the focus object: test_focus_on_bones.py", "focus_subtarget"),
     "Mesh": because(ALIAS, "auto_texspace"),
     "Image": because(
         "Blender has loaded the picture", "file_format filepath_raw pixels use_deinterlace use_multiview"),
