@@ -18,8 +18,8 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.cell import Cell, CellMode
 from spectral_core.palette.given import CellIndex, cell_index_of, cell_name, sequence_of
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.reachable import CellReach, NearestColor, whitened
-from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz
+from spectral_core.palette.reachable import CellReach, NearestColor
+from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz, whitened
 from spectral_core.spectra.spectrum import Illuminant
 
 Array = NDArray[np.float64]

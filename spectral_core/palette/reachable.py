@@ -18,13 +18,14 @@ from scipy.optimize import linprog
 from spectral_core.checks import frozen_array, require_kind, require_whole
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.palette.given import color_ends, light_and_color, require_bounds, sequence_of
-from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
-from spectral_core.spectra.observer import normalized, xyz_from_product
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb, whitened
+from spectral_core.spectra.observer import linear_rgb_from_product, normalized
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 Array = NDArray[np.float64]
 
 EXACT = 1e-6  # linear RGB distance below which a wanted color counts as reachable
+SAME = 0.05  # CIELAB distance below which the ways from two colors count as one
 LAB_STEPS = 20
 """Most Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB; two to four are usual."""
 STARTS = 1.0, 0.3, 0.1, 0.03, 0.01, 0.0
@@ -35,8 +36,6 @@ SHARES = 0.5 ** np.arange(12.0)
 """Shares of a step that are tried."""
 _RIDGES = 1e-9, 1e-10, 1e-11, 1e-12, 1e-13
 _GAIN = 1e-4  # share of a squared distance that a further program must be able to gain
-LEAST = 1e-6
-"""Size of a combination of colors, relative to the largest, below which a light shows nothing of it."""
 OPEN = 1e30  # an open end of a range
 SOLVED = (1, 2)  # of ``daqp``
 TIGHT = 1e-12  # of ``piqp``
@@ -155,7 +154,10 @@ class CellReach:
         target_lab = lab_from_linear_rgb(target)
         lab = lab_from_linear_rgb(color)
         if not reachable:
-            found = [self._nearest_in_lab(self._projected(np.eye(3), share * target), target_lab) for share in STARTS]
+            found: list[tuple[float, Array, Array]] = []
+            passed: list[Array] = []
+            for share in STARTS:
+                found += self._nearest_in_lab(self._projected(np.eye(3), share * target), target_lab, passed)
             _, reflectance, multipliers = min(found, key=lambda each: each[0])
             color = self.matrix @ reflectance
             lab = lab_from_linear_rgb(color)
@@ -168,8 +170,11 @@ class CellReach:
             reachable = bool(np.abs(color - target).max() <= EXACT)
         return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, slope)
 
-    def _nearest_in_lab(self, start: tuple[Array, Array], target_lab: Array) -> tuple[float, Array, Array]:
-        """From a reflectance and its multipliers to those of a nearest color in CIELAB; first its distance.
+    def _nearest_in_lab(
+        self, start: tuple[Array, Array], target_lab: Array, passed: list[Array]
+    ) -> list[tuple[float, Array, Array]]:
+        """From a reflectance and its multipliers to those of a nearest color in CIELAB; first its distance. Nothing if
+        it comes to one of the CIELAB colors that earlier calls passed, to which it adds its own.
 
         CIELAB is linearized at the present color. A full step may pass the minimum; all colors on the way to it are
         reachable as well, because the set is convex.
@@ -178,7 +183,11 @@ class CellReach:
         color = self.matrix @ reflectance
         lab = lab_from_linear_rgb(color)
         distance = float(np.linalg.norm(lab - target_lab))
+        earlier = np.array(passed).reshape(-1, 3)
         for _ in range(LAB_STEPS):
+            if np.linalg.norm(earlier - lab, axis=1).min(initial=np.inf) < SAME:
+                return []  # Most starts lead to the same color: half of all programs would find it once more.
+            passed.append(lab)
             metric = lab_jacobian_from_linear_rgb(color)
             trial, forces = self._projected(metric, color + np.linalg.solve(metric, target_lab - lab))
             way = self.matrix @ trial - color
@@ -192,7 +201,7 @@ class CellReach:
             color = color + SHARES[best] * way
             if SHARES[best] * np.abs(way).max() < EXACT:
                 break
-        return distance, reflectance, multipliers
+        return [(distance, reflectance, multipliers)]
 
     def _projected(self, metric: Array, target: Array) -> tuple[Array, Array]:
         """Reflectance (n,) of the least |metric (M r - target)|², and the multipliers of the exact colors.
@@ -284,16 +293,6 @@ class CellReach:
         return np.asarray(answer.x) if answer.status == 0 else None
 
 
-def whitened(matrix: Array) -> Array:
-    """Metric (3, 3) under which the rows of a color matrix (3, n) are orthonormal; of a line lamp, whose rows depend on
-    each other, those that do not.
-    """
-    directions, sizes, _ = np.linalg.svd(matrix, full_matrices=False)
-    if sizes[0] == 0:  # a light that shows nothing
-        return np.eye(3)
-    return np.asarray((directions / np.maximum(sizes, LEAST * sizes[0])).T * sizes[0])
-
-
 def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float | None) -> Array:
     """Matrix (3, n) from a reflectance to linear sRGB under a light of luminance ``scale``; None: unscaled."""
-    return RGB_FROM_XYZ @ xyz_from_product(light if scale is None else normalized(light, luminance=scale), grid)
+    return linear_rgb_from_product(light if scale is None else normalized(light, luminance=scale), grid)

@@ -27,6 +27,8 @@ LUMINANCE_FROM_RGB: Array = XYZ_FROM_RGB[1]
 
 _EPSILON = 216 / 24389  # CIE 15:2018, where CIELAB turns from a cube root into a line
 _KAPPA = 24389 / 27
+LEAST_SHOWN = 1e-6
+"""Size of a combination of colors, relative to the largest, below which a light shows nothing of it."""
 
 
 def linear_rgb_from_xyz(xyz: ArrayLike) -> Array:
@@ -145,3 +147,13 @@ def _ciede2000_norm(lightness: Array, chroma: Array, hue: Array, steps: tuple[Ar
     step_lightness, step_chroma, step_hue = steps[0] / scale_lightness, steps[1] / scale_chroma, steps[2] / scale_hue
     square = step_lightness**2 + step_chroma**2 + step_hue**2 + rotation * step_chroma * step_hue
     return np.sqrt(np.maximum(square, 0.0))
+
+
+def whitened(matrix: Array) -> Array:
+    """Metric (3, 3) under which the rows of a color matrix (3, n) are orthonormal; of a line lamp, whose rows depend on
+    each other, those that do not.
+    """
+    directions, sizes, _ = np.linalg.svd(matrix, full_matrices=False)
+    if sizes[0] == 0:  # a light that shows nothing
+        return np.eye(3)
+    return np.asarray((directions / np.maximum(sizes, LEAST_SHOWN * sizes[0])).T * sizes[0])
