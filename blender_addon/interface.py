@@ -15,8 +15,8 @@ FEATURES = {
         "texture_design", "recipe", "viewport", "scene", "volume", "texture",
     ),
     "editing": (
-        "pauses", "garbage", "viewport.session", "spectrum", "texture", "dial.live", "palette.live", "palette.picture",
-        "dial.changes", "board.live", "sweep", "texture_job",
+        "pauses", "garbage", "viewport.session", "spectrum", "texture", "dial.live", "dial.as_rendered",
+        "palette.live", "palette.picture", "dial.changes", "board.live", "sweep", "texture_job",
     ),
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
