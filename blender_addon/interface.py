@@ -21,7 +21,7 @@ FEATURES = {
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
         "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep", "design.texture",
-        "design.possible", "design.alternatives", "design.paint", "design.recipe", "design.look",
+        "design.possible", "design.alternatives", "design.paint", "design.recipe", "design.look", "common",
     ),
     "drawing": ("icons", "overlay", "dial"),
     "panels": (

@@ -110,7 +110,7 @@ class SpectralRender(bpy.types.PropertyGroup):
     plan: CollectionProperty(type=SpectralPlanLine)
     plan_accepted: FloatProperty(description="Largest color error (ΔE2000) of the plan")
     own_settings: StringProperty(
-        description="The scene's own engine, compositing, sequencer and view layers, while the extension reads the scene"
+        description="Own engine, compositing, sequencer and view layers, while the extension reads the scene"
     )
 
 

@@ -229,7 +229,7 @@ class AsRendered:
             AsRendered._current = None
 
     def take(self) -> SpectralScene:
-        """The scene; call it once. Raises InvalidInputError if the render failed before, RenderCancelled if it was ended."""
+        """The scene; call it once. Raises InvalidInputError if the render failed, RenderCancelled if it was ended."""
         self.leave()
         if self._scenes:
             return self._scenes[0]
