@@ -69,9 +69,14 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         Blender ignores an exception here and reports the render as finished, so every exception becomes an error of the
         render and an entry of ``jobs.records``.
         """
-        if self.is_preview:
-            self._render_preview(depsgraph)
-            return
+        with jobs.under_way():
+            if self.is_preview:
+                self._render_preview(depsgraph)
+            else:
+                self._render_layer(depsgraph)
+
+    def _render_layer(self, depsgraph: Any) -> None:
+        """Render a view layer of a frame, and record the outcome."""
         frame, layer = depsgraph.scene_eval.frame_current, depsgraph.view_layer_eval.name
         try:
             result = self._render(depsgraph)
@@ -80,6 +85,9 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             )
             self._tell(result)
         except RenderCancelled as stopped:
+            if jobs.is_ending():
+                self._fail(frame, layer, "the extension was disabled during the render")  # ends an animation, too
+                return
             self._write_nothing(layer)
             jobs.record(jobs.RenderRecord(frame, layer, "cancelled", str(stopped)))
         except KeyboardInterrupt:
@@ -169,8 +177,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         self.frame_set(frame, subframe=subframe)
 
     def _should_stop(self) -> bool:
-        """True if the user has requested a stop."""
-        return bool(self.test_break())
+        """True if the user has requested a stop, or disables the extension."""
+        return jobs.is_ending() or bool(self.test_break())
 
     def _views(self, layer: str) -> list[str]:
         """Names of the requested views: one without a name, or the eyes of a stereo render."""
@@ -269,5 +277,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Remove the engine."""
+    """Remove the engine, after its renders."""
+    jobs.end_renders()
     bpy.utils.unregister_class(SpectralRenderEngine)

@@ -15,13 +15,13 @@ FEATURES = {
         "texture_design", "recipe", "viewport", "scene", "volume", "texture",
     ),
     "editing": (
-        "pauses", "garbage", "viewport.session", "spectrum", "texture", "dial.live", "palette.live", "palette.picture",
-        "dial.changes", "board.live", "sweep", "texture_job",
+        "pauses", "garbage", "viewport.session", "spectrum", "texture", "dial.live", "dial.as_rendered",
+        "palette.live", "palette.picture", "dial.changes", "board.live", "sweep", "texture_job",
     ),
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
         "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep", "design.texture",
-        "design.possible", "design.alternatives", "design.paint", "design.recipe", "design.look",
+        "design.possible", "design.alternatives", "design.paint", "design.recipe", "design.look", "common",
     ),
     "drawing": ("icons", "overlay", "dial"),
     "panels": (

@@ -7,6 +7,8 @@ Blender does not report to a script that a render failed (in an animation it eve
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -91,6 +93,42 @@ process = RenderProcess(niceness=NICENESS)
 """The process of all renders: started by the first render, and again after a crash or an end."""
 
 
+_running = [0]
+"""Number of renders of the engine, icons included, that have not returned to Blender."""
+_ending = threading.Event()
+END_S, NEXT_S, FREE_S = 20.0, 2.0, 0.5
+"""Longest waits for the end of renders and for the beginning of one, and for Blender to free the engine after it."""
+POLL_S = 0.02
+
+
+@contextmanager
+def under_way() -> Iterator[None]:
+    """Within it the engine renders, on a thread of Blender's."""
+    _running[0] += 1
+    try:
+        yield
+    finally:
+        _running[0] -= 1
+
+
+def is_ending() -> bool:
+    """True while the extension is being disabled: every render stops."""
+    return _ending.is_set()
+
+
+def end_renders() -> None:
+    """Stop every render, and wait for it: Blender crashes if the class of a running engine is removed."""
+    _ending.set()
+    began = latest = time.monotonic()
+    is_expected = not bpy.app.background and bpy.app.is_job_running("RENDER")  # of this engine, or of another one
+    while time.monotonic() < began + END_S:
+        if _running[0]:
+            latest, is_expected = time.monotonic(), True
+        elif time.monotonic() >= latest + (0 if not is_expected else FREE_S if latest > began else NEXT_S):
+            return
+        time.sleep(POLL_S)  # the thread of the render needs Python
+
+
 _live: list[LiveLink] = []
 _previews: list[RenderProcess] = []
 
@@ -131,7 +169,8 @@ def missing_denoiser() -> str:
 
 
 def register() -> None:
-    """Nothing to add: processes start with the first render."""
+    """Permit renders again; processes start with the first one."""
+    _ending.clear()
 
 
 def unregister() -> None:

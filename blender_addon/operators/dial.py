@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
-from bpy.types import Context, Event, PropertyGroup, Scene
+from bpy.types import Context, PropertyGroup, Scene
 from bpy_extras.io_utils import ExportHelper
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError
@@ -13,7 +13,8 @@ from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralErr
 from ..editing.dial import changes, live
 from ..editing.dial.picture import look
 from ..editing.dial.saving import Saving
-from .common import UNDOABLE, WaitingForFile, chosen_path, reporting
+from ..editing.waiting import WaitingForFile
+from .common import UNDOABLE, chosen_path, reporting
 
 
 def dial_in(context: Context) -> PropertyGroup:
@@ -120,21 +121,14 @@ class SPECTRAL_OT_dial_save(WaitingForFile, bpy.types.Operator, ExportHelper):
         count = f" and {self._saving.total - 1} more" if self._saving.total > 1 else ""
         self.report({"INFO"}, f"saved {self.filepath}{count}")
 
-    def modal(self, context: Context, event: Event) -> set[str]:
-        saving = self._saving
-        if event.type == "ESC" and event.value == "PRESS" and saving is not None:
-            self._error = RenderCancelled(f"stopped after {saving.saved} of {saving.total} pictures")
-            return {"RUNNING_MODAL"}
-        done = super().modal(context, event)
-        if event.type == "TIMER" and done == {"PASS_THROUGH"} and saving is not None and saving.total > 1:
-            context.workspace.status_text_set(f"Saving … {saving.saved} of {saving.total}; Esc stops it")
-        return done
+    def stop(self) -> None:
+        super().stop()
+        if self._saving is not None:
+            self._error = RenderCancelled(f"stopped after {self._saving.saved} of {self._saving.total} pictures")
 
-    def refused(self, error: Exception) -> set[str]:
-        if not isinstance(error, RenderCancelled):
-            return super().refused(error)
-        self.report({"WARNING"}, str(error))
-        return {"CANCELLED"}
+    def progress_text(self) -> str:
+        saving = self._saving
+        return "" if saving is None or saving.total < 2 else f"{saving.saved} of {saving.total}"
 
     def leave(self) -> None:
         if self._saving is not None:

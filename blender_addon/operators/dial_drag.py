@@ -17,7 +17,8 @@ from ..drawing import dial as drawn
 from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, snapped
 from ..editing.dial import live
 from ..editing.dial.picture import look
-from .common import UNDOABLE, clear_status, reporting
+from ..editing.waiting import clear_status
+from .common import UNDOABLE, reporting
 from .dial import dial_in
 
 AREAS = {"VIEW_3D", "IMAGE_EDITOR"}

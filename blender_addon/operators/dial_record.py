@@ -23,8 +23,9 @@ from ..editing.dial.names import dark_bulbs_besides, match_bulbs
 from ..editing.dial.paths import follow_recording, is_temporary, path_for_recording, require_ending, transport_path
 from ..editing.dial.recording import Recording, remember_recorded, told
 from ..editing.dial.view_process import TableAhead
+from ..editing.waiting import Waiting, WaitingForFile
 from ..translate.dial import storage_name
-from .common import UNDOABLE, Waiting, WaitingForFile, chosen_path
+from .common import UNDOABLE, chosen_path
 from .dial import reset
 
 if TYPE_CHECKING:
@@ -109,7 +110,6 @@ class _Translating(Waiting):
     _uid = 0
     _recording: Recording | None = None
     _table: TableAhead | None = None
-    _is_stopped = False
     _shares: changes.Shares | None = None
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
@@ -123,7 +123,7 @@ class _Translating(Waiting):
     def is_prepared(self) -> bool:
         if self._recording is not None or self._asked is None:
             return True
-        if self._table is not None and not self._is_stopped and not self._table.is_ready():
+        if self._table is not None and not self.is_stopped and not self._table.is_ready():
             return False
         if self._asked.is_running:
             return False
@@ -168,8 +168,6 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
     )
 
     def begin(self, context: Context) -> Callable[[], _Recorded]:
-        if self._is_stopped:
-            raise RenderCancelled("stopped before the recording began")
         recording = self.read(context, only_changed=self.only_changed)
         recording.path = path_for_recording(context.scene)
         return lambda: _record(recording)
@@ -188,26 +186,24 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
         self.report({"WARNING"}, "stopped; the dial is unchanged")
         return {"CANCELLED"}
 
+    def stop(self) -> None:
+        super().stop()
+        if self._recording is not None:
+            self._recording.stop = True
+
+    def progress_text(self) -> str:
+        progress = 0.0 if self._recording is None else round(self._recording.progress, 2)
+        left = None if self._recording is None else self._recording.left_s
+        return f"{100 * progress:.0f} %" + ("" if left is None else f", about {left:.0f} s left")
+
     def modal(self, context: Context, event: Event) -> set[str]:
-        if event.type == "ESC" and event.value == "PRESS":
-            self._is_stopped = True
-            if self._recording is not None:
-                self._recording.stop = True
-            return {"RUNNING_MODAL"}
         done = super().modal(context, event)
         if event.type == "TIMER" and done == {"PASS_THROUGH"}:
             progress = 0.0 if self._recording is None else round(self._recording.progress, 2)
             if progress != recording_progress.get(self._uid):
                 recording_progress[self._uid] = progress
-                context.workspace.status_text_set(f"Recording … {100 * progress:.0f} %; Esc stops it")
                 live.redraw_dial()
         return done
-
-    def cancel(self, context: Context) -> None:
-        self._is_stopped = True
-        if self._recording is not None:
-            self._recording.stop = True
-        super().cancel(context)
 
     def leave(self) -> None:
         super().leave()

@@ -11,10 +11,11 @@ from spectral_core.errors import InvalidInputError
 
 from .. import compat
 from ..editing.palette import solve as palette_solve
+from ..editing.waiting import WaitingForFile
 from ..translate.palette import load as palette_load
 from ..translate.palette.problem import palette_problem
 from ..translate.spectra.stored import carried_spectrum
-from .common import UNDOABLE, WaitingForFile, chosen_path, palette_in, palette_shown, reporting
+from .common import UNDOABLE, chosen_path, palette_in, palette_shown, reporting
 from .palette_solve import Solving
 
 

@@ -12,9 +12,10 @@ from spectral_core.palette import PaletteSolution
 
 from ..editing.palette import live, picture, possible
 from ..editing.palette import solve as palette_solve
+from ..editing.waiting import Waiting
 from ..translate.palette import load as palette_load
 from ..translate.palette import table
-from .common import UNDOABLE, Waiting, palette_in, reporting
+from .common import UNDOABLE, palette_in, reporting
 
 PRESETS = [
     ("METAMER_PAIR", "Metamer Pair", "Two materials that look the same under one lamp and differ under another", 0),
@@ -31,7 +32,11 @@ LAMP_NAMES = {"D65": "Daylight", "HP1": "Sodium", "A": "Tungsten", "FL11": "Fluo
 class Solving(Waiting):
     """Base of operators that change the table and then solve it."""
 
+    can_be_left = True
+    stopped_text = "stopped; press Solve to continue"
     _solve: palette_solve.Solve | None = None
+    _is_changed = False
+    """True after ``begin`` if the table is another one than before."""
 
     def change(self, context: Context) -> None:
         """Change the table. May raise SpectralError."""
@@ -39,6 +44,7 @@ class Solving(Waiting):
     def begin(self, context: Context) -> Callable[[], PaletteSolution | str]:
         palette_in(context)  # refuses a linked scene
         self.change(context)
+        self._is_changed = type(self).change is not Solving.change
         if not palette_in(context).status:  # another table: the picture shows nothing of the one before
             picture.follow(context.scene)
         solve = palette_solve.button_solve(context.scene)
@@ -59,6 +65,10 @@ class Solving(Waiting):
 
     def solved(self, solution: PaletteSolution) -> None:
         """Report on the stored solution."""
+
+    def refused(self, error: Exception) -> set[str]:
+        found = super().refused(error)
+        return {"FINISHED"} if self._is_changed else found  # an undo takes the change of the table back
 
     def unsolved(self, message: str) -> None:
         """Report that there is no solution. May raise SpectralError."""

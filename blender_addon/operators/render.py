@@ -12,8 +12,9 @@ from spectral_core.errors import InvalidInputError
 
 from .. import jobs
 from ..editing.dial.as_rendered import AsRendered
+from ..editing.waiting import Waiting
 from ..translate.settings import overrides_of
-from .common import UNDOABLE, Waiting, chosen_path, reporting
+from .common import UNDOABLE, chosen_path, reporting
 
 if TYPE_CHECKING:
     from spectral_core.render import CostCurve
@@ -39,6 +40,7 @@ def store_plan(settings: PropertyGroup, plan: "EffectPlan") -> None:
 class _Reading(Waiting):
     """Base of operators that need the scene as F12 renders it, which may differ from what the viewport shows."""
 
+    can_be_left = True
     _asked: AsRendered | None = None
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
@@ -65,8 +67,8 @@ class _Planning(_Reading):
     """Plans the scene in the renderer's process, which may have to start, or to end a render first."""
 
     def begin(self, context: Context) -> Callable[[], "EffectPlan"]:
-        scene = self.read()
-        return lambda: jobs.process.plan(scene)
+        scene, stopping = self.read(), self.stopping
+        return lambda: jobs.process.plan(scene, should_stop=stopping.is_set)
 
     def end(self, scene: bpy.types.Scene, answer: "EffectPlan") -> None:
         store_plan(scene.spectral.render, answer)
@@ -189,16 +191,12 @@ class SPECTRAL_OT_cost(_Reading, bpy.types.Operator):
     bl_options = UNDOABLE
 
     def begin(self, context: Context) -> Callable[[], "CostCurve"]:
-        scene = self.read()
-        context.scene.spectral.render.cost_summary = "Measuring…"
-        return lambda: jobs.process.cost_curve(scene)
+        scene, stopping = self.read(), self.stopping
+        return lambda: jobs.process.cost_curve(scene, should_stop=stopping.is_set)
 
     def end(self, scene: bpy.types.Scene, answer: "CostCurve") -> None:
         store_curve(scene.spectral.render, answer)
         super().end(scene, answer)
-
-    def failed(self, scene: bpy.types.Scene) -> None:
-        scene.spectral.render.cost_summary = ""
 
 
 class SPECTRAL_OT_write_mitsuba(bpy.types.Operator):

@@ -5,6 +5,8 @@ import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
 from .. import jobs
+from ..editing.waiting import is_waiting
+from ..operators.render import SPECTRAL_OT_cost
 from .parts import wrapped
 from .shared import ENGINE
 
@@ -58,6 +60,9 @@ class SPECTRAL_PT_render_cost(_RenderPanel, bpy.types.Panel):
     def draw(self, context: Context) -> None:
         layout, settings = self.layout, context.scene.spectral.render
         layout.operator("spectral.cost", icon="FCURVE")
+        if is_waiting(context.scene, SPECTRAL_OT_cost):
+            wrapped(layout, context, "Measuring…; Esc stops it", icon="TIME")
+            return
         if not len(settings.cost):
             hint = layout.column()
             hint.active = False

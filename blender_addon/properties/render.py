@@ -109,6 +109,9 @@ class SpectralRender(bpy.types.PropertyGroup):
     overrides: CollectionProperty(type=SpectralPlanChoice)
     plan: CollectionProperty(type=SpectralPlanLine)
     plan_accepted: FloatProperty(description="Largest color error (ΔE2000) of the plan")
+    own_settings: StringProperty(
+        description="Own engine, compositing, sequencer and view layers, while the extension reads the scene"
+    )
 
 
 CLASSES = (SpectralPlanChoice, SpectralPlanLine, SpectralCostPoint, SpectralRender)

@@ -61,6 +61,7 @@ NO_INPUT = {
         SpectralAlternative.cells SpectralAlternative.colors
         SpectralAlternative.lamps SpectralCostPoint.* SpectralPlanLine.* SpectralRender.cost
         SpectralRender.cost_summary SpectralRender.plan SpectralRender.plan_accepted
+        SpectralRender.own_settings
         SpectralPaletteCell.actual_linear SpectralPaletteCell.wanted_linear SpectralPaletteCell.actual_display
         SpectralPaletteCell.wanted_display SpectralPaletteCell.has_result SpectralPaletteCell.delta_e
         SpectralPaletteCell.actual SpectralPaletteCell.wanted SpectralPaletteConflict.*

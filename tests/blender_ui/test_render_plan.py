@@ -135,16 +135,16 @@ def add_what_the_viewport_shows_differently(blender):
 def read_by(blender, monkeypatch, tmp_path, operator):
     """The scene that an operator reads; nothing is traced or written."""
     from blender_addon import jobs
-    from spectral_core.errors import RenderCancelled
+    from spectral_core.errors import RenderError
     from spectral_core.render import mitsuba_export, plan_from_data
 
     seen = []
 
-    def stopped(scene, *_):
+    def stopped(scene, *_, **_options):
         seen.append(scene)
-        raise RenderCancelled("enough")
+        raise RenderError("enough")
 
-    monkeypatch.setattr(jobs.process, "plan", lambda scene: seen.append(scene) or plan_from_data(scene))
+    monkeypatch.setattr(jobs.process, "plan", lambda scene, **_: seen.append(scene) or plan_from_data(scene))
     monkeypatch.setattr(jobs.process, "cost_curve", stopped)
     monkeypatch.setattr(mitsuba_export, "write_mitsuba", stopped)
     options = {"directory": str(tmp_path / "export")} if operator == "write_mitsuba" else {}

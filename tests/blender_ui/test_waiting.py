@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from types import SimpleNamespace
 
@@ -45,8 +46,11 @@ def context(blender):
 
 
 @pytest.fixture
-def operator(blender):
-    from blender_addon.operators.common import Waiting
+def operator(blender, monkeypatch):
+    from blender_addon.editing import waiting
+    from blender_addon.editing.waiting import Waiting
+
+    monkeypatch.setattr(waiting, "_waiting", [])
 
     class Operator(Waiting):
         bl_label = "Work"
@@ -104,14 +108,14 @@ def test_work_begins_when_it_is_prepared(operator, context):
 
 
 def test_no_work_begins_in_a_round_that_has_paused_long(operator, context, monkeypatch):
-    from blender_addon.operators import common
+    from blender_addon.editing import waiting
 
-    monkeypatch.setattr(common, "paused_seconds", lambda: 0.05)
+    monkeypatch.setattr(waiting, "paused_seconds", lambda: 0.05)
     operator.start(context)
     operator.is_ready = True
     assert operator.modal(context, TIMER) == {"PASS_THROUGH"}
     assert operator._thread is None
-    monkeypatch.setattr(common, "paused_seconds", lambda: 0.0)
+    monkeypatch.setattr(waiting, "paused_seconds", lambda: 0.0)
     assert finished(operator, context) == {"FINISHED"}
 
 
@@ -162,7 +166,7 @@ def test_a_script_gets_the_answer_at_once(operator, context):
 def test_another_file_ends_the_work_and_its_words_in_the_status_bar(context, operator):
     operator.is_ready = True
     assert operator.invoke(context, MOUSE) == {"RUNNING_MODAL"}
-    assert context.words[-1] == "Work …"
+    assert context.words[-1] == "Work … Esc stops it"
     operator.cancel(context)
     assert context.words[-1] is None and operator.left == 1
     operator.cancel(SimpleNamespace(workspace=None))  # a window that is closed has none
@@ -184,3 +188,64 @@ def test_an_unexpected_error_takes_back_what_was_prepared(operator, context, ste
         operator.execute(context) if how == "now" or step == "prepare" else operator.modal(context, TIMER)
     assert operator.left == 1
     assert context.window_manager.timers == (1 if how == "in a window" and step == "prepare" else 0)
+
+
+ESC = SimpleNamespace(type="ESC", value="PRESS")
+
+
+def test_esc_before_the_beginning_stops_the_work(operator, context):
+    operator.start(context)
+    assert operator.modal(context, ESC) == {"RUNNING_MODAL"}, "nothing else may take this Esc"
+    assert operator.modal(context, TIMER) == {"PASS_THROUGH"}, "what was prepared has to end first"
+    operator.is_ready = True
+    assert finished(operator, context) == {"CANCELLED"}
+    assert operator._thread is None and operator.answers == []
+    assert operator.reports == [({"WARNING"}, "stopped; nothing has changed")]
+    assert (operator.left, operator.undone, context.window_manager.timers) == (1, [context.scene], 0)
+    assert context.words[-1] is None
+
+
+@pytest.mark.parametrize("can_be_left", [True, False])
+def test_esc_during_the_work(operator, context, can_be_left):
+    """Work that writes files ends by itself, since its files and the answer belong together."""
+    goes_on = threading.Event()
+    operator.is_ready, operator.work, operator.can_be_left = True, lambda: goes_on.wait(60) and 7, can_be_left
+    operator.start(context)
+    assert operator.modal(context, TIMER) == {"PASS_THROUGH"}
+    operator.modal(context, ESC)
+    found = operator.modal(context, TIMER)
+    goes_on.set()
+    if can_be_left:
+        assert found == {"CANCELLED"} and operator.answers == []
+        assert operator.reports == [({"WARNING"}, "stopped; nothing has changed")]
+    else:
+        assert found == {"PASS_THROUGH"} and "stopping" in context.words[-1]
+        assert finished(operator, context) == {"FINISHED"}
+        assert operator.answers == [(context.scene, 7)]
+    assert (operator.left, context.window_manager.timers) == (1, 0)
+
+
+def test_the_end_of_the_extension_ends_what_waits(operator, context, blender, monkeypatch):
+    """Blender frees the operators of a class that is removed, and calls none of their functions."""
+    from blender_addon.editing import waiting
+
+    def abandoned_timer(timer):
+        assert timer == "timer"
+        context.window_manager.timers -= 1
+
+    fake = SimpleNamespace(event_timer_remove=abandoned_timer)
+    words = {"old": "Work …"}
+    monkeypatch.setattr(
+        waiting, "bpy",
+        SimpleNamespace(
+            context=SimpleNamespace(window_manager=fake),
+            data=SimpleNamespace(workspaces=[SimpleNamespace(status_text_set=lambda text: words.update(old=text))]),
+        ),
+    )  # fmt: skip
+    operator.start(context)
+    assert waiting.is_waiting(context.scene, type(operator))
+    waiting.end_all()
+    assert (operator.left, operator.is_stopped, context.window_manager.timers, words["old"]) == (1, True, 0, None)
+    assert not waiting.is_waiting(context.scene, type(operator))
+    waiting.end_all()
+    assert operator.left == 1

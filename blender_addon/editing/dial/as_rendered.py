@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
@@ -19,6 +20,7 @@ from ...properties.render import ENGINE
 if TYPE_CHECKING:
     from spectral_core.scene import Scene as SpectralScene
 
+STOPPED = "reading the scene was stopped, as Esc and an undo do; press the button again"
 NO_RENDER = "Blender did not start the render; is there a camera?"
 RENDERS = "Blender renders at present; wait for the end of that render, or stop it, and press the button again"
 SETTINGS = {"engine": ENGINE, "use_compositing": False, "use_sequencer": False}
@@ -69,19 +71,63 @@ def _switch(scene: Scene, layer: str) -> Callable[[], None]:
     """Give the scene SETTINGS, and one view layer to render; the function that is returned restores its own.
 
     The argument ``layer`` of Blender's operator is no way to that: without a window Blender ignores it, and with one it
-    delays the job, so that none runs at first, as after its end.
+    delays the job, so that none runs at first, as after its end. The scene's own settings are stored in the scene: the
+    artist may edit and save meanwhile, and undo steps and files then contain SETTINGS.
     """
-    number, kept = scene.session_uid, {name: getattr(scene.render, name) for name in SETTINGS}
-    rendered = {each.name: each.use for each in scene.view_layers}
-    _set(scene, SETTINGS, dict.fromkeys(rendered, False) | {layer: True})
+    number = scene.session_uid
+    own = {"settings": _state(scene), "layers": {each.name: each.use for each in scene.view_layers}, "read": layer}
+    scene.spectral.render.own_settings = json.dumps(own)
+    _set(scene, SETTINGS, {each.name: each.name == layer for each in scene.view_layers})
 
     def restore() -> None:
         # an undo replaces the scene by another one with the same number; a deleted scene has none
         for each in bpy.data.scenes:
             if each.session_uid == number:
-                _set(each, kept, rendered)
+                _switch_back(each)
 
     return restore
+
+
+def _state(scene: Scene) -> dict[str, Any]:
+    return {name: getattr(scene.render, name) for name in SETTINGS}
+
+
+def _switch_back(scene: Scene) -> None:
+    """Restore a scene's own settings, if it has those of a translation."""
+    stored, scene.spectral.render.own_settings = scene.spectral.render.own_settings, ""
+    with suppress(ValueError, TypeError, KeyError, AttributeError):  # a text in a file may be anything
+        own = json.loads(stored or "null")
+        if own is not None:
+            _set(scene, {name: own["settings"][name] for name in SETTINGS}, own["layers"])
+
+
+@bpy.app.handlers.persistent
+def _after_exchange(*_: object) -> None:
+    """An undo step or a file that was made during a translation is open now, and its scenes have SETTINGS."""
+    for scene in bpy.data.scenes:
+        if scene.spectral.render.own_settings and scene.library is None:
+            _switch_back(scene)
+
+
+_saved: dict[int, str] = {}
+"""By session number: the view layers that are read in scenes with SETTINGS, while the file is saved without them."""
+
+
+@bpy.app.handlers.persistent
+def _before_save(*_: object) -> None:
+    """A file is saved with its own settings: a Blender without the extension could not restore them."""
+    _saved.clear()
+    for scene in bpy.data.scenes:
+        if scene.spectral.render.own_settings and scene.library is None:
+            _saved[scene.session_uid] = json.loads(scene.spectral.render.own_settings)["read"]
+            _switch_back(scene)
+
+
+@bpy.app.handlers.persistent
+def _after_save(*_: object) -> None:
+    for scene in bpy.data.scenes:
+        if scene.session_uid in _saved:
+            _switch(scene, _saved.pop(scene.session_uid))
 
 
 @contextmanager
@@ -114,9 +160,13 @@ def translated_at_once(scene: Scene, changed: Callable[[SpectralScene], Spectral
 
 
 def _set(scene: Scene, values: dict[str, Any], rendered: dict[str, bool]) -> None:
-    """Set settings of renders, and which view layers are rendered; a name that is not known was given meanwhile."""
+    """Set settings of renders, and which view layers are rendered; a name that is not known was given meanwhile.
+
+    An equal value is not set: Blender restarts every rendered view when an engine is set.
+    """
     for name, value in values.items():
-        setattr(scene.render, name, value)
+        if getattr(scene.render, name) != value:
+            setattr(scene.render, name, value)
     for layer in scene.view_layers:
         layer.use = rendered.get(layer.name, True)
 
@@ -143,6 +193,7 @@ class AsRendered:
         if AsRendered._current is not None:
             AsRendered._current.leave()
         self._scenes: list[SpectralScene] = []
+        self._at_once = at_once
         self._failed = len(jobs.failures())
         self.layers = _translated[context.scene.session_uid] = Layers.of(context.scene, context.view_layer)
         self._until_taken = ExitStack()
@@ -178,11 +229,13 @@ class AsRendered:
             AsRendered._current = None
 
     def take(self) -> SpectralScene:
-        """The scene; call it once. Raises InvalidInputError if the render failed before its translation."""
+        """The scene; call it once. Raises InvalidInputError if the render failed, RenderCancelled if it was ended."""
         self.leave()
         if self._scenes:
             return self._scenes[0]
         failed = jobs.failures()[self._failed :]
+        if not failed and not self._at_once:
+            raise RenderCancelled(STOPPED)  # a job that has started was ended
         raise InvalidInputError(failed[-1].message if failed else NO_RENDER)
 
 
@@ -214,3 +267,27 @@ def _start_job(name: str) -> None:
             raise InvalidInputError(RENDERS)
     finally:
         view.render_display_type = chosen
+
+
+HANDLERS = {
+    "undo_post": _after_exchange,
+    "redo_post": _after_exchange,
+    "load_post": _after_exchange,
+    "save_pre": _before_save,
+    "save_post": _after_save,
+    "save_post_fail": _after_save,
+}
+
+
+def register() -> None:
+    """Start listening to undo and files."""
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).append(handler)
+
+
+def unregister() -> None:
+    """Stop listening, and restore the settings of scenes that are read."""
+    if AsRendered._current is not None:
+        AsRendered._current.leave()
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).remove(handler)

@@ -56,6 +56,8 @@ class Recording:
     again: tuple[str, ...] | None = None
     """Groups that are recorded; None for all."""
     progress: float = 0.0
+    left_s: float | None = None
+    """Seconds for the rest, None if unknown."""
     stop: bool = False
     path: Path = Path()
     """File to write. It changes if the .blend gets another name during the render."""
@@ -127,7 +129,7 @@ class Recording:
         return f"; {rendered}{left_out}"
 
     def _note(self, progress: Progress) -> None:
-        self.progress = progress.samples / progress.total
+        self.progress, self.left_s = progress.samples / progress.total, progress.left_s
 
 
 def told(notes: Sequence[Note]) -> str:

@@ -31,7 +31,7 @@ from ...translate.viewport.viewpoint import border_of, pixels_of, viewpoint_of
 from ...translate.visibility import cycles_settings
 from ..dial.picture import covers
 from ..palette.picture import look_at, shown_in
-from ..pauses import pause, paused_seconds
+from ..pauses import pause, paused_seconds, round_number
 from . import freed, previews, stages
 from .sides import Side
 from .stages import Stage
@@ -103,6 +103,7 @@ class ViewSession:
         """Translate and send the scene, or a part of the translation if it takes long."""
         settings = depsgraph.scene.spectral.viewport
         stage.kept.limit(max(UPDATE_S - paused_seconds(), 0.0))  # the views of one round share the time
+        stage.sent_in = round_number()
         self._is_unfinished = self.needs_update = False
         try:
             scene = self._translated(context, depsgraph, stage)
@@ -171,7 +172,7 @@ class ViewSession:
             self._pause(is_paused=True)
         if not self._stage:
             self.update(context, depsgraph)
-        elif self._is_unfinished and not self.needs_update:
+        elif self._is_unfinished and not self.needs_update and _stages[self._stage].may_continue:
             with pause():
                 self._send(context, depsgraph, _stages[self._stage])
         if self._is_unfinished:

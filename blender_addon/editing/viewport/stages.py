@@ -49,6 +49,13 @@ class Stage:
     part: Any = None
     scene: Scene | None = None
     changes: list[int] = field(default_factory=lambda: [0, 0])
+    sent_in: int | None = None
+    """Round of Blender's events in which a translation was made or continued last."""
+
+    @property
+    def may_continue(self) -> bool:
+        """True if a redraw may continue a translation: one part of it in a round takes all the time there is."""
+        return round_number() is None or self.sent_in != round_number()
 
     def keep_up(self, depsgraph: Any, designed: Mapping[int, Any] = NOTHING, view: str = "") -> None:
         """Drop the parts that edits have changed, and all parts if Blender does not report the changes.

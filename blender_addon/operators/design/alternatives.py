@@ -8,7 +8,8 @@ from bpy.props import IntProperty
 from bpy.types import Context, Scene
 
 from ...editing.palette import alternatives, live, possible
-from ..common import UNDOABLE, Waiting, palette_in, reporting
+from ...editing.waiting import Waiting
+from ..common import UNDOABLE, palette_in, reporting
 
 
 class SPECTRAL_OT_palette_alternatives(Waiting, bpy.types.Operator):
@@ -17,6 +18,7 @@ class SPECTRAL_OT_palette_alternatives(Waiting, bpy.types.Operator):
     bl_idname = "spectral.palette_alternatives"
     bl_label = "Find Alternatives"
     bl_options = UNDOABLE
+    can_be_left = True
     seed: IntProperty(name="Seed", default=0, min=0, description="Another number gives other solutions")
 
     def begin(self, context: Context) -> Callable[[], alternatives.Found]:

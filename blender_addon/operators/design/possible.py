@@ -10,8 +10,9 @@ from bpy.types import Context, Scene
 from spectral_core.errors import InvalidInputError
 
 from ...editing.palette import possible
+from ...editing.waiting import Waiting
 from ...translate.palette.table import active_cell
-from ..common import UNDOABLE, Waiting, palette_in, reporting
+from ..common import UNDOABLE, palette_in, reporting
 
 
 class SPECTRAL_OT_palette_possible(Waiting, bpy.types.Operator):
@@ -20,6 +21,7 @@ class SPECTRAL_OT_palette_possible(Waiting, bpy.types.Operator):
     bl_idname = "spectral.palette_possible"
     bl_label = "Possible?"
     bl_options: set[str] = set()
+    can_be_left = True
 
     def begin(self, context: Context) -> Callable[[], possible.Answer]:
         if active_cell(palette_in(context)) is None:

@@ -9,7 +9,8 @@ from bpy.types import Context, Scene
 from spectral_core.errors import InvalidInputError
 
 from ...editing import recipe
-from ..common import UNDOABLE, Waiting, reporting
+from ...editing.waiting import Waiting
+from ..common import UNDOABLE, reporting
 
 
 class SPECTRAL_OT_recipe_find(Waiting, bpy.types.Operator):
@@ -18,6 +19,7 @@ class SPECTRAL_OT_recipe_find(Waiting, bpy.types.Operator):
     bl_idname = "spectral.recipe_find"
     bl_label = "Find Recipe"
     bl_options = UNDOABLE
+    can_be_left = True
 
     def begin(self, context: Context) -> Callable[[], recipe.Found]:
         return recipe.search(context.scene)

@@ -17,7 +17,7 @@ import numpy as np
 
 from spectral_core import child, errors
 from spectral_core.child.ending import Log, ended
-from spectral_core.errors import RenderError
+from spectral_core.errors import RenderCancelled, RenderError
 from spectral_core.render.cost.asked import is_asked
 from spectral_core.render.cost.curve import CostCurve
 from spectral_core.render.plan.effects import EffectPlan, plan_from_data
@@ -79,26 +79,32 @@ class RenderProcess:
                     self._end()
                 raise
 
-    def plan(self, scene: Scene, tolerance: float | None = None) -> EffectPlan:
-        """``plan_effects`` with its pilot, in the process. Raises the same errors, and RenderError after a crash."""
+    def plan(
+        self, scene: Scene, tolerance: float | None = None, *, should_stop: Callable[[], bool] | None = None
+    ) -> EffectPlan:
+        """``plan_effects`` with its pilot, in the process. Raises the same errors, and those of ``call``."""
         plan_from_data(scene, tolerance)
-        plan: EffectPlan = self.call("plan", scene, tolerance)
+        plan: EffectPlan = self.call("plan", scene, tolerance, should_stop=should_stop)
         return plan
 
-    def cost_curve(self, scene: Scene) -> CostCurve:
-        """``cost_curve`` in the process. Raises the same errors, and RenderError if the process crashed."""
+    def cost_curve(self, scene: Scene, *, should_stop: Callable[[], bool] | None = None) -> CostCurve:
+        """``cost_curve`` in the process. Raises the same errors, and those of ``call``."""
         plan_from_data(scene)
-        curve: CostCurve = self.call("cost", scene)
+        curve: CostCurve = self.call("cost", scene, should_stop=should_stop)
         return curve
 
-    def call(self, name: str, *arguments: Any) -> Any:
-        """Answer of one of the worker's ``CALLS``; raises RenderError if the process crashed."""
+    def call(self, name: str, *arguments: Any, should_stop: Callable[[], bool] | None = None) -> Any:
+        """Answer of one of the worker's ``CALLS``.
+
+        Raises RenderError if the process crashed, RenderCancelled if ``should_stop`` was true, which ends the process.
+        """
         with self._lock:
+            _require_wanted(should_stop)
             worker = self._running()
             try:
                 worker.post(("call", (name, arguments)))
                 while (message := worker.next_message(_POLL_S)) is None:
-                    pass
+                    _require_wanted(should_stop)
                 worker.idle = True
                 kind, content = message
                 if kind == "error":
@@ -283,6 +289,11 @@ class Worker:
                 with contextlib.suppress(OSError):  # the remaining output has no reader
                     stream.close()
         self._log.close()
+
+
+def _require_wanted(should_stop: Callable[[], bool] | None) -> None:
+    if should_stop is not None and should_stop():
+        raise RenderCancelled("stopped; nothing has changed")
 
 
 def _cancelled(scene: Scene, plan: EffectPlan, latest: Progress) -> RenderResult:
