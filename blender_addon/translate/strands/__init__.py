@@ -14,7 +14,7 @@ from spectral_core.scene import STRAND_AXIS, STRAND_PLACE, STRAND_RANDOM, STRAND
 from spectral_core.scene.geometry import Attribute
 
 from ..shading.attributes import hashed_pair
-from .carried import of_curves, of_points, on_emitter
+from .carried import lengths_of, of_curves, of_points, on_emitter, radii_of
 from .smooth import alike, smooth, straight
 
 Array = NDArray[np.float64]
@@ -32,8 +32,6 @@ MOST_TRIANGLES = 6_000_000
 """Most triangles of one object's hair or points; beyond it strands are straight between their points, then balls
 coarser.
 """
-DEFAULT_RADIUS = 0.01
-"""Blender's default radius of a point."""
 
 
 def curves_mesh(name: str, curves: Any, reads: frozenset[str] = frozenset()) -> Mesh | None:
@@ -43,10 +41,8 @@ def curves_mesh(name: str, curves: Any, reads: frozenset[str] = frozenset()) -> 
         return None
     points = np.empty(count * 3, np.float32)
     curves.attributes["position"].data.foreach_get("vector", points)
-    radii = _radii(curves, count)
-    lengths = np.empty(len(curves.curves), np.int32)
-    curves.curves.foreach_get("points_length", lengths)
-    places = np.where(np.isfinite(points), points, np.nan).reshape(-1, 3).astype(np.float64)  # as in ``_radii``
+    radii, lengths = radii_of(curves), lengths_of(curves)
+    places = np.where(np.isfinite(points), points, np.nan).reshape(-1, 3).astype(np.float64)  # as in ``radii_of``
     return tubes(name, places, radii.astype(np.float64), lengths, reads, of_curves(curves, reads, lengths, places))
 
 
@@ -226,15 +222,6 @@ def _faces(count: int, rings: int) -> NDArray[np.int64]:
     return np.asarray((np.arange(count)[:, None, None] * rings * SIDES + one).reshape(-1, 3))
 
 
-def _radii(data: Any, count: int) -> np.ndarray:
-    """Radii of the points of curves or of a cloud, meters in the object's space."""
-    radii = np.full(count, DEFAULT_RADIUS, np.float32)
-    found = data.attributes.get("radius")
-    if found is not None and found.domain == "POINT" and found.data_type == "FLOAT":
-        found.data.foreach_get("value", radii)
-    return np.where(np.isfinite(radii), radii, np.float32(np.nan))  # what follows from NaN is NaN, and left out
-
-
 def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> Mesh | None:
     """Balls of a ``bpy.types.PointCloud``; ``reads``: attributes of its points that materials use."""
     count = len(cloud.points)
@@ -242,7 +229,7 @@ def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> M
         return None
     places = np.empty(count * 3, np.float32)
     cloud.attributes["position"].data.foreach_get("vector", places)
-    radii = _radii(cloud, count)
+    radii = radii_of(cloud)
     finer = next((k for k in (3, 2, 1) if count * 20 * 4**k <= MOST_TRIANGLES), 0)
     directions, faces = ball(finer)
     size = np.abs(radii.astype(np.float64))

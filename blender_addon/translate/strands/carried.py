@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.spectra.color import linear_from_display_rgb
+from spectral_core.spectra.color import linear_from_display_rgb, luminance_from_linear_rgb
 
 from ..meshes.triangles import OUTPUTS, output_of, stored_in, uv_layer, values_of
 from ..shading.attributes import POINT_PLACE, POINT_SIZE, hashed_pair
@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 
 ROOT_UV = "surface_uv_coordinate"
 """Attribute of hair curves with the UV of each root on the surface that they grow on; Cycles reads it as their UV."""
+
+HAIR_RADIUS, POINT_RADIUS = 0.005, 0.01
+"""Radii in Cycles, in meters, of hair and of points without an attribute ``radius``."""
 
 
 def content_of(data: Any, reads: frozenset[str]) -> bytes:
@@ -35,10 +38,34 @@ def content_of(data: Any, reads: frozenset[str]) -> bytes:
             found.update(f"{attribute.name}:{attribute.domain}:{attribute.data_type}:{len(values)}:".encode())
             found.update(values.tobytes())
     if hasattr(data, "curves"):
-        lengths = np.empty(len(data.curves), np.int32)
-        data.curves.foreach_get("points_length", lengths)
-        found.update(lengths.tobytes())
+        found.update(lengths_of(data).tobytes())
     return found.digest()
+
+
+def lengths_of(curves: Any) -> NDArray[np.int32]:
+    """Number of points of each strand."""
+    lengths = np.empty(len(curves.curves), np.int32)
+    curves.curves.foreach_get("points_length", lengths)
+    return lengths
+
+
+def radii_of(data: Any) -> NDArray[np.float32]:
+    """Radii (n,) of the points of hair curves or of a cloud, meters in the object's space.
+
+    As in Cycles, those of curves count for all of their points, and other numbers are converted as in Blender: the mean
+    of a vector, the luminance of a color. Infinite radii are NaN: what follows from NaN is NaN, and left out.
+    """
+    is_hair = hasattr(data, "curves")
+    attribute = data.attributes.get("radius")
+    is_number = attribute is not None and attribute.data_type != "QUATERNION"
+    stored = stored_in(attribute, exact=True) if is_number else None
+    if stored is None:
+        return np.full(len(data.points), HAIR_RADIUS if is_hair else POINT_RADIUS, np.float32)
+    with np.errstate(invalid="ignore"):  # sums of infinite numbers
+        radii = luminance_from_linear_rgb(stored[:, :3]) if stored.shape[1] == 4 else stored.mean(axis=1)
+    if attribute.domain == "CURVE":
+        radii = np.repeat(radii, lengths_of(data))
+    return np.where(np.isfinite(radii), radii, np.nan).astype(np.float32)
 
 
 def of_points(

@@ -20,7 +20,7 @@ from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes
 from ..shading.materials import TranslatedMaterial
 from ..visibility import seen_as, shown_by
 from . import curves_mesh, particle_mesh, points_mesh
-from .carried import content_of
+from .carried import content_of, radii_of
 
 FLAT = 1e-30
 """Volume of an object's unit cube below which positions in the object are not defined."""
@@ -126,10 +126,10 @@ def _with(instance: Instance, random: float, attributes: Any) -> Instance:
 
 def _note_left_out(found: Any, obj: Any) -> None:
     """Note the points of hair or of a point cloud that have no place or size."""
-    stored = [values for name in ("position", "radius") if (values := obj.data.attributes.get(name)) is not None]
-    numbers = [stored_in(values, exact=True) for values in stored]
-    bad = [~np.isfinite(each).all(axis=1) for each in numbers if each is not None]
-    count = int(np.count_nonzero(np.any(bad, axis=0))) if bad else 0
+    places = stored_in(obj.data.attributes["position"], exact=True)
+    assert places is not None
+    is_whole = np.isfinite(radii_of(obj.data)) & np.isfinite(places).all(axis=1)
+    count = int(np.count_nonzero(~is_whole))
     if count:
         which = (
             "1 of its points has a position or radius that is"

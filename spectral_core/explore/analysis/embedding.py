@@ -78,7 +78,9 @@ def _leading(affinity: Array, count: int) -> tuple[Array, Array]:
     if rows > 1500:
         from scipy.sparse.linalg import eigsh
 
-        values, vectors = eigsh(affinity, k=count, which="LA", v0=np.ones(rows))
+        # Not ones: rows that are symmetrical around their mean have the eigenvalue 0 for them, and ARPACK refuses that.
+        start = np.random.default_rng(0).normal(size=rows)
+        values, vectors = eigsh(affinity, k=count, which="LA", v0=start)
     else:
         values, vectors = eigh(affinity, subset_by_index=[rows - count, rows - 1])
     order = np.argsort(values)[::-1]

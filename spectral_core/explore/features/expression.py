@@ -52,7 +52,7 @@ FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
     "mean": (1, 1, np.nanmean), "median": (1, 1, np.nanmedian), "std": (1, 1, np.nanstd),
     "column_min": (1, 1, np.nanmin), "column_max": (1, 1, np.nanmax),
 }  # fmt: skip
-"""Fewest and most arguments, and the function. The last four give one number for the whole column."""
+"""Fewest and most arguments, and the function. The last five give one number for the whole column."""
 CONSTANTS = {"pi": np.pi, "e": np.e, "nan": np.nan, "inf": np.inf}
 
 

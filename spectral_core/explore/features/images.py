@@ -29,7 +29,7 @@ def image_features(picture: Picture, prefix: str = "") -> dict[str, float]:
     """
     rgb = _checked(picture)
     mean = rgb.reshape(-1, 3).mean(axis=0)
-    lightness, a, b = (float(value) for value in lab_from_linear_rgb(np.maximum(mean, 0.0)))
+    lightness, a, b = (float(value) for value in lab_from_linear_rgb(mean))
     luminance = rgb @ XYZ_FROM_RGB[1]
     average = float(luminance.mean())
     features = {
@@ -74,13 +74,20 @@ def difference_features(picture: Picture, reference: Picture, prefix: str = "") 
     difference = delta_e_map(one, other)
     features = {
         "rmse": math.sqrt(error),
-        "snr_db": 10 * math.log10(power / error) if error > 0 and power > 0 else float("inf"),
+        "snr_db": _decibels(power, error),
         "delta_e_mean": float(difference.mean()),
         "delta_e_p95": float(np.quantile(difference, 0.95)),
     }
     if has_flip():
         features["flip"] = flip(one, other)
     return {prefix + name: value for name, value in features.items()}
+
+
+def _decibels(power: float, error: float) -> float:
+    """Ratio in dB: infinite without an error, minus infinity of a black reference."""
+    if error == 0:
+        return math.inf
+    return 10 * math.log10(power / error) if power > 0 else -math.inf
 
 
 def delta_e_map(picture: Picture, reference: Picture) -> NDArray[np.float64]:

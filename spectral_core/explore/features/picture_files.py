@@ -50,12 +50,20 @@ def read_display(path: str | Path, width: int | None = None) -> NDArray[np.uint8
     if image.width * image.height > MAX_PIXELS:
         raise FileFormatError(f"{path.name} has {image.width}×{image.height} pixels; at most {MAX_PIXELS:,} are read")
     try:
-        image = image.convert("RGB")
+        image = _eight_bits(image).convert("RGB")
     except (OSError, ValueError, SyntaxError) as error:
         raise FileFormatError(f"{path.name} cannot be read: {error}") from error
     if width is not None:
         image.thumbnail((width, width))
     return np.asarray(image)
+
+
+def _eight_bits(image: Any) -> Any:
+    """A gray picture of 16 bits with 8: Pillow's own conversion takes all that is above 255 for white."""
+    if not image.mode.startswith("I"):
+        return image
+    levels = np.clip(np.asarray(image, np.float64), 0, 65535)
+    return _pillow().fromarray(np.rint(levels / 257).astype(np.uint8))
 
 
 def encode(pixels: NDArray[np.uint8], kind: str = "WEBP", quality: int = 70) -> bytes:

@@ -50,8 +50,9 @@ class LinearConstraint:
 
     def holds(self, space: Space, values: dict[str, float]) -> bool:
         """True if values satisfy it."""
-        total = sum(c * (math.log10(values[n]) if space[n].scale == "log" else values[n]) for n, c in self.coefficients)
-        rounding = 1e-12 * max(1.0, abs(self.bound))
+        terms = [c * (math.log10(values[n]) if space[n].scale == "log" else values[n]) for n, c in self.coefficients]
+        total = sum(terms)
+        rounding = 1e-12 * max(map(abs, (*terms, self.bound)))  # relative: values may be meters of light's wavelength
         return total < self.bound - rounding if self.strict else total <= self.bound + rounding
 
 

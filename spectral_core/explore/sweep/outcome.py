@@ -17,6 +17,8 @@ from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.parameters import RESERVED_COLUMNS, Value, is_column_name, is_finite
 
 Picture = NDArray[np.float32]
+REAL = "fiub"
+"""NumPy's kinds of numbers that a table and a picture hold: not complex ones, times or texts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,8 @@ class Outcome:
                 raise InvalidInputError(
                     f"a value is named {name!r}; expected an identifier other than {', '.join(RESERVED_COLUMNS)}, FILE…"
                 )
-            if not isinstance(value, float | int | str | np.generic):
+            is_plain = isinstance(value, np.generic) and value.dtype.kind in f"{REAL}U"
+            if not (is_plain or isinstance(value, float | int | str)):
                 raise InvalidInputError(f"the value {name!r} is a {type(value).__name__}; expected a number or a text")
             if isinstance(value, int) and not is_finite(value):
                 raise InvalidInputError(f"the value {name!r} is a whole number beyond 1e308, which no table holds")
@@ -125,16 +128,31 @@ def as_outcome(result: Any, name: str) -> Outcome:
     values: dict[str, Any] = {}
     pictures: dict[str, Picture] = {}
     for key, value in result.items():
-        array = np.asarray(value) if isinstance(value, np.ndarray | Sequence) and not isinstance(value, str) else None
+        array = _array_of(name, key, value)
         if array is None or array.ndim == 0:
-            join_values(values, {str(key): value if array is None else array.item()})
-        elif array.ndim in (2, 3):
+            join_values(values, {str(key): value if array is None else array[()]})
+        elif (array.ndim == 2 or array.shape[2:] in ((3,), (4,))) and array.dtype.kind in REAL:
             pictures[str(key)] = np.asarray(array, np.float32)
-        elif array.ndim == 1 and array.size <= 256 and array.dtype.kind in "fiub":
+        elif array.ndim == 1 and array.size <= 256 and array.dtype.kind in REAL:
             join_values(values, {f"{key}_{index}": item for index, item in enumerate(array.tolist())})
         else:
-            raise InvalidInputError(f"{name} returned {key!r} of shape {array.shape}; expected a number or a picture")
+            raise InvalidInputError(
+                f"{name} returned {key!r} of shape {array.shape} and type {array.dtype}; expected a number, a text, at "
+                "most 256 numbers, or a picture of numbers: (height, width) or (height, width, 3 or 4)"
+            )
     if pictures and "" not in pictures:
         first = next(iter(pictures))
         pictures = {"" if key == first else key: picture for key, picture in pictures.items()}
     return Outcome(values, pictures)
+
+
+def _array_of(name: str, key: Any, value: Any) -> NDArray[Any] | None:
+    """A list or an array as an array; None for another value."""
+    if not isinstance(value, np.ndarray | Sequence) or isinstance(value, str | bytes):
+        return None
+    try:
+        return np.asarray(value)
+    except ValueError as error:
+        raise InvalidInputError(
+            f"{name} returned {key!r}, a list whose parts differ in length; expected numbers, or rows of equal length"
+        ) from error

@@ -19,6 +19,9 @@ from spectral_core.explore.sweep.constraints import parse_constraint
 from spectral_core.explore.sweep.parameters import Parameter, Space, Value
 from spectral_core.lattice import Region, ball, box, halfspaces
 
+ROUNDING = 1e-9
+"""Of a scaled distance: points on the border of a ball are in it."""
+
 
 @dataclass(frozen=True, slots=True)
 class NormBall:
@@ -31,6 +34,15 @@ class NormBall:
     center: Mapping[str, float]
     radii: Mapping[str, float]
     p: float = 2.0
+
+    def distance(self, space: Space, values: Mapping[str, Value]) -> float:
+        """Scaled distance of a point from the center, over the parameters that have a radius."""
+        apart = []
+        for name, radius in self.radii.items():
+            parameter = space[name]
+            away = parameter.coordinate(values[name]) - parameter.place(float(self.center[name]))
+            apart.append(away * parameter.width / radius)
+        return float(np.linalg.norm(apart, ord=self.p))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,9 +124,7 @@ class RegionOfInterest:
                 return False
         if self.ball is None:
             return True
-        point = space.coordinates(values)[None]
-        unit_ball = _unit_ball(self.ball, space)
-        return bool(unit_ball.contains(point)[0])
+        return self.ball.distance(space, values) <= 1.0 + ROUNDING
 
     def to_dict(self) -> dict[str, Any]:
         """Plain entries for a document."""
@@ -183,7 +193,10 @@ def bounding_region(space: Space, points: Sequence[Mapping[str, Value]], name: s
         low, high = min(numbers), max(numbers)
         if low == high and parameter.kind == "real":  # one value: a hundredth of the range around it
             middle = parameter.coordinate(low)
-            low, high = float(parameter.value(middle - 0.005)), float(parameter.value(middle + 0.005))
+            ends = np.array([middle - 0.005, middle + 0.005])
+            if 0.0 <= middle <= 1.0:  # beyond the range of the sweep a value may have no meaning
+                ends = np.clip(ends, 0.0, 1.0)
+            low, high = (float(parameter.value(float(end))) for end in ends)
         ranges[parameter.name] = (low, high)
     return RegionOfInterest(ranges, choices, name=name)
 

@@ -22,7 +22,7 @@ from spectral_core.explore.sweep.parameters import Value
 from spectral_core.spectra.pictures import display_png, exr_bytes, has_exr
 
 MAX_WARM = 8
-"""Nodes that a process keeps with their loaded data; the oldest is dropped."""
+"""Nodes that a thread keeps with their loaded data; the oldest is dropped."""
 
 
 class OutcomeNotStored(FileWriteError):
@@ -57,17 +57,24 @@ class Receipt:
     """False where another worker had committed the point already."""
 
 
-_nodes: dict[tuple[type, str, int], Any] = {}
+class _Warm(threading.local):
+    """Nodes of one thread by type and fingerprint; they end with it."""
+
+    def __init__(self) -> None:
+        self.nodes: dict[tuple[type, str], Any] = {}
 
 
-def _warm(node: ComputeNode) -> Any:
-    """The equivalent node of this process and thread: each task brings a copy without cached data."""
-    address = (type(node), node.fingerprint, threading.get_ident())
-    if address not in _nodes:
-        if len(_nodes) >= MAX_WARM:
-            _nodes.pop(next(iter(_nodes)))
-        _nodes[address] = node
-    return _nodes[address]
+_warm = _Warm()
+
+
+def _equivalent(node: ComputeNode) -> Any:
+    """The equivalent node of this thread: each task brings a copy without cached data."""
+    nodes, address = _warm.nodes, (type(node), node.fingerprint)
+    if address not in nodes:
+        if len(nodes) >= MAX_WARM:
+            nodes.pop(next(iter(nodes)))
+        nodes[address] = node
+    return nodes[address]
 
 
 def compute_point(
@@ -127,7 +134,7 @@ def commit_files(folder: Path, key: str, record: Mapping[str, Any], contents: Ma
 def _computed(
     node: ComputeNode, parameters: Mapping[str, Value], seed: int, key: str, address: StoreAddress | None
 ) -> tuple[dict[str, Any], dict[str, bytes]]:
-    node = _warm(node)
+    node = _equivalent(node)
     start = time.perf_counter()
     outcome: Outcome = node(parameters, seed)
     seconds = time.perf_counter() - start

@@ -8,6 +8,7 @@ import importlib
 import importlib.util
 import inspect
 import sys
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +19,8 @@ from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome, as_outcome
 from spectral_core.explore.sweep.parameters import Value
 from spectral_core.files.guarded import no_file
+
+_loading = threading.RLock()
 
 
 @dataclass(frozen=True)
@@ -88,8 +91,11 @@ def _load_file(path: Path) -> Any:
     # with its content: a long-lived process, such as that of a page, must not keep a module that was edited
     said = str(path).encode() + b"\0" + path.read_bytes()
     name = f"_sweep_{hashlib.sha256(said).hexdigest()[:16]}"
-    if name in sys.modules:
-        return sys.modules[name]
+    with _loading:  # another thread may be in the middle of this file
+        return sys.modules[name] if name in sys.modules else _executed(name, path)
+
+
+def _executed(name: str, path: Path) -> Any:
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise InvalidInputError(f"{path} is no Python file")

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Regions at their borders and in small units, and measures of pictures that a display cannot show."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from spectral_core.explore.analysis.embedding import spectral_embedding
+from spectral_core.explore.features.images import difference_features, image_features
+from spectral_core.explore.features.picture_files import read_display, read_linear
+from spectral_core.explore.sweep.designs import design_points
+from spectral_core.explore.sweep.document import sweep_of
+from spectral_core.explore.sweep.parameters import Parameter, Space
+from spectral_core.explore.sweep.region import bounding_region
+
+FUNCTION = {"kind": "function", "function": "none.py:f"}
+
+
+def points_of(parameters: list[dict[str, Any]], **tables: Any) -> list[dict[str, Any]]:
+    sweep = sweep_of({"compute": FUNCTION, "parameters": parameters, **tables}, Path())
+    return design_points(sweep.space, sweep.region, sweep.design)[0]
+
+
+@pytest.mark.parametrize("unit", [1e-13, 1e-7, 1.0, 1e9])
+@pytest.mark.parametrize(("sign", "kept"), [("<=", [1, 4, 5]), ("<", [1, 4])])
+def test_constraints_hold_in_any_unit(unit: float, sign: str, kept: list[int]) -> None:
+    """Sums were compared to a millionth of a millionth, whatever the size of the values: small ones all passed."""
+    listed = [{"a": number * unit} for number in (1, 4, 5, 6, 9)]
+    found = points_of(
+        [{"name": "a", "low": 0, "high": 10 * unit}],
+        region={"constraints": [f"a {sign} {5 * unit!r}"]},
+        design={"points": listed},
+    )
+    assert [round(point["a"] / unit) for point in found] == kept
+
+
+@pytest.mark.parametrize(("p", "name"), [(1, 1), (2, 2), (float("inf"), "inf")])
+def test_a_ball_has_its_border_whatever_other_parameters_are(p: float, name: Any) -> None:
+    """Points on the border were left out if a parameter without a radius was not in the middle of its range."""
+    axes = [{"name": axis, "low": 0, "high": 10, "kind": "integer"} for axis in "nmk"]
+    ball = {"center": {"n": 5, "m": 4}, "radii": {"n": 2, "m": 3}, "p": name}
+    found = points_of(axes, region={"ball": ball}, design={"budget": 2000})
+    shares = [(abs(n - 5) / 2, abs(m - 4) / 3) for n, m, _ in product(range(11), repeat=3)]
+    inside = [max(each) if p == float("inf") else sum(x**p for x in each) ** (1 / p) for each in shares]
+    assert len(found) == sum(each <= 1 + 1e-12 for each in inside)
+
+
+def test_the_region_of_a_single_row_stays_in_the_range_of_the_sweep() -> None:
+    """A roughness of 0 gave a region from -0.005, half of whose points could not be rendered."""
+    space = Space((Parameter("rough"), Parameter("power", 1.0, 100.0, scale="log")))
+    low = bounding_region(space, [{"rough": 0.0, "power": 1.0}]).ranges
+    high = bounding_region(space, [{"rough": 1.0, "power": 100.0}]).ranges
+    assert low["rough"] == (0.0, pytest.approx(0.005)) and high["rough"] == (pytest.approx(0.995), 1.0)
+    assert low["power"][0] == pytest.approx(1.0) and high["power"][1] == pytest.approx(100.0)
+    beyond = bounding_region(space, [{"rough": 1.5, "power": 10.0}]).ranges  # a region beyond the range was asked for
+    assert beyond["rough"] == pytest.approx((1.495, 1.505))
+
+
+def test_many_rows_around_their_mean_are_embedded() -> None:
+    """ARPACK refused to begin with the vector of ones, whose eigenvalue is 0 here."""
+    corners = np.concatenate([np.eye(4), -np.eye(4)] * 200)
+    where = spectral_embedding(corners, "centered")
+    assert where.shape == (1600, 2) and np.isfinite(where).all() and np.abs(where).max() > 1
+
+
+def test_a_black_reference_has_the_worst_ratio() -> None:
+    """It had the best one, infinity, as equal pictures have."""
+    black, gray = np.zeros((4, 4, 3)), np.full((4, 4, 3), 0.5)
+    assert difference_features(gray, black)["snr_db"] == -np.inf
+    assert difference_features(black, black)["snr_db"] == np.inf
+
+
+def test_the_color_of_a_picture_under_sodium_light_is_its_own() -> None:
+    """The mean was clipped to a display's colors first: b* of sodium yellow was 91 instead of 177."""
+    xyz = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    mean = np.array([1.6, 0.55, -0.12])
+    x, y, z = xyz @ mean / (xyz @ np.ones(3))
+
+    def f(ratio: float) -> float:
+        return float(np.cbrt(ratio)) if ratio > 216 / 24389 else (24389 / 27 * ratio + 16) / 116
+
+    expected = 116 * f(y) - 16, 500 * (f(x) - f(y)), 200 * (f(y) - f(z))
+    found = image_features(np.broadcast_to(mean, (4, 4, 3)))
+    assert [found[name] for name in ("lab_lightness", "lab_a", "lab_b")] == pytest.approx(expected, abs=0.3)
+
+
+def test_gray_pictures_of_16_bits_keep_their_levels(tmp_path: Path) -> None:
+    """All levels above 255 of 65,535 were white."""
+    image = pytest.importorskip("PIL.Image")
+    levels = np.array([[0, 255, 257, 12850, 32896, 65535]], np.uint16)
+    image.fromarray(np.repeat(levels, 3, axis=0)).save(tmp_path / "gray.png")
+    assert read_display(tmp_path / "gray.png")[1].tolist() == [[level] * 3 for level in (0, 1, 1, 50, 128, 255)]
+    assert read_linear(tmp_path / "gray.png")[0, 4, 1] == pytest.approx(((128 / 255 + 0.055) / 1.055) ** 2.4, abs=1e-6)
