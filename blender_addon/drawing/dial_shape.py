@@ -128,7 +128,7 @@ def tooltip(names: Sequence[str], shares: ArrayLike, intensity: float) -> list[s
 
 def strongest_first(shares: ArrayLike) -> list[int]:
     """Indices of shares, the largest first. Those that read alike keep the given order, whatever their last digits."""
-    return np.argsort(-np.round(shares, SHARE_DIGITS), kind="stable").tolist()  # type: ignore[no-any-return]
+    return [int(k) for k in np.argsort(-np.asarray(shares).round(SHARE_DIGITS), kind="stable")]
 
 
 def fitting(lines: Sequence[str], most: int) -> list[str]:
