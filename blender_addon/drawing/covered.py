@@ -46,7 +46,7 @@ def dial_beside(area: Any, region: Any, scale: float) -> DialShape:
     known = covered(area, region)
     width, height = known.panel
     left = max(known.left, width) if height > (MARGIN + LABEL_ROOM) * scale else known.left
-    return DialShape.in_region(region.width, region.height, left=left, scale=scale)
+    return DialShape.in_region(region.width, region.height, left=left, right=known.right, scale=scale)
 
 
 def _rectangle(region: Any) -> Rectangle:

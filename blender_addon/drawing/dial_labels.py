@@ -12,7 +12,7 @@ from bpy.types import PropertyGroup
 from ..editing.dial.live import shares_of
 from ..editing.dial.names import name_of
 from .covered import dial_beside
-from .dial_shape import LABEL_ROOM, DialShape, without_overlaps
+from .dial_shape import LABEL_ROOM, DialShape, strongest_first, without_overlaps
 from .text import told_apart
 
 FONT = 0
@@ -72,10 +72,11 @@ def labels_of(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list
         width, height = blf.dimensions(FONT, text)
         above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
         start = shape.label_start(at[0], width) if is_crowded else at[0] - width / 2
+        start = min(start, shape.end - BORDER * scale - width)  # the sidebar, or the end of the editor
         start = max(start, shape.left + BORDER * scale)  # the tools, or the end of the editor
         found.append((text, float(start), float(at[1] + above * LABEL_ROOM * scale - height / 2)))
         boxes.append((*found[-1][1:], width, height))
     radius = BULB_RADIUS * scale
     bulbs = [(x - radius, y - radius, 2 * radius, 2 * radius) for x, y in spots] if is_crowded else []
-    kept = without_overlaps(boxes, np.argsort(-shares, kind="stable"), bulbs)
+    kept = without_overlaps(boxes, strongest_first(shares), bulbs)
     return [label if number in kept else ("", *label[1:]) for number, label in enumerate(found)]

@@ -26,6 +26,8 @@ OUTWARD = 0.35
 """Share of the unit beside the middle from which on texts begin, or end, at their bulb."""
 SNAP_STEP = 0.25
 SNAP_REACH = 0.12
+SHARE_DIGITS = 3
+"""Digits of a share in the tooltip, which states percent with one digit."""
 CLICK_PIXELS = 4.0
 """A press with less movement is a click."""
 
@@ -40,19 +42,28 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class DialShape:
-    """A dial on screen: middle (x, y) and unit length in pixels, and the interface's scale."""
+    """A dial on screen: middle (x, y) and unit length in pixels, the interface's scale, and where the room ends.
+
+    ``end``: right end of the part of the editor that nothing covers, in pixels.
+    """
 
     x: float
     y: float
     unit: float
     scale: float = 1.0
+    end: float = np.inf
 
     @classmethod
-    def in_region(cls, width: float, height: float, *, left: float = 0.0, scale: float = 1.0) -> DialShape:
-        """In the lower left corner of a region, past ``left`` pixels that a toolbar covers."""
+    def in_region(
+        cls, width: float, height: float, *, left: float = 0.0, right: float = 0.0, scale: float = 1.0
+    ) -> DialShape:
+        """In the lower left corner of a region, past ``left`` pixels that a toolbar covers.
+
+        A sidebar covers ``right`` pixels at the other end.
+        """
         unit = float(np.clip(0.13 * min(width - left, height), 48 * scale, 110 * scale))
         reach = DISC * unit + (MARGIN + LABEL_ROOM) * scale
-        return cls(left + reach + LEFT_ROOM * scale, reach, unit, scale)
+        return cls(left + reach + LEFT_ROOM * scale, reach, unit, scale, width - right)
 
     @property
     def left(self) -> float:
@@ -109,8 +120,15 @@ def tooltip(names: Sequence[str], shares: ArrayLike, intensity: float) -> list[s
     parts = np.asarray(shares, dtype=np.float64)
     if not parts.size or not parts.any():
         return ["All bulbs are off: nothing is lit. Click one to switch it on."]
-    order = np.argsort(-parts, kind="stable")
-    return [f"{names[k] or 'ungrouped'}: {100 * parts[k]:.1f} %, × {intensity * parts[k]:.3f}" for k in order]
+    return [
+        f"{names[k] or 'ungrouped'}: {100 * parts[k]:.1f} %, × {intensity * parts[k]:.3f}"
+        for k in strongest_first(parts)
+    ]
+
+
+def strongest_first(shares: ArrayLike) -> list[int]:
+    """Indices of shares, the largest first. Those that read alike keep the given order, whatever their last digits."""
+    return [int(k) for k in np.argsort(-np.asarray(shares).round(SHARE_DIGITS), kind="stable")]
 
 
 def fitting(lines: Sequence[str], most: int) -> list[str]:

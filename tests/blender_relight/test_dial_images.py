@@ -96,6 +96,34 @@ def test_a_picture_keeps_its_image_over_saving_new_names_and_another_size(scene,
     assert list(bpy.data.images) == [image] and backgrounds("Front") == [image]
 
 
+@pytest.mark.parametrize("how", ["mixed", "read"])
+def test_a_picture_that_cannot_be_shown_again_is_no_black_frame(scene, shown, monkeypatch, tmp_path, how):
+    """Blender makes the image anew in black when a file is opened, or when a recording of another size is undone."""
+    from spectral_core.errors import InvalidInputError
+
+    shown(scene, 0.25)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+
+    def fail(_scene):
+        raise InvalidInputError("no recording")
+
+    def fails(scene):
+        monkeypatch.setattr(live, "live_mix", fail)
+        if how == "mixed":
+            live._show_quietly(scene)
+        else:
+            live._was_read(("", 0, 0), scene, "no recording")
+        return scene.spectral.dial.message, len(backgrounds("Front"))
+
+    assert fails(scene) == ("no recording", 1)  # the last picture is still there
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scene.blend"))
+    scene = bpy.context.scene
+    assert level_of(bpy.data.images[PICTURE]) == pytest.approx(0.25)  # the alpha of black
+    assert fails(scene) == ("no recording", 0)
+    image = shown(scene, 0.5)
+    assert backgrounds("Front") == [image]
+
+
 def test_an_image_of_an_earlier_version_is_taken_over(scene, shown):
     image = bpy.data.images.new(PICTURE, 16, 12, alpha=True, float_buffer=True)
     assert shown(scene, 0.5) == image and image[OWNER] == "Day"

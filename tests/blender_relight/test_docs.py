@@ -55,3 +55,5 @@ def test_snapping_prefers_bulbs_then_midpoints_then_the_grid():
 def test_the_tooltip_lists_shares_in_descending_order_and_warns_if_all_are_off():
     assert tooltip(["Key", ""], [0.25, 0.75], 2.0) == ["ungrouped: 75.0 %, × 1.500", "Key: 25.0 %, × 0.500"]
     assert "All bulbs are off" in tooltip(["Key"], [0.0], 1.0)[0]
+    nearly = [0.25 + error for error in (0.0, 3e-17, 6e-17, -6e-17)]  # their last digits shuffled the lines
+    assert [line[0] for line in tooltip("abcd", nearly, 4.0)] == list("abcd")

@@ -148,6 +148,28 @@ def test_names_beside_the_dial_stay_in_the_editor(blender: Any) -> None:
     assert min(x for _, x, _ in labels) >= 50.0
 
 
+@pytest.mark.parametrize("count", [4, 9])
+@pytest.mark.parametrize("sidebar", [0, 60])
+def test_names_beside_the_dial_end_before_the_sidebar(
+    blender: Any, monkeypatch: Any, count: int, sidebar: int
+) -> None:  # fmt: skip
+    """In a narrow editor the names at the right were cut off at its end, or lay below the sidebar."""
+    region = SimpleNamespace(width=300, height=500, x=0, y=0, type="WINDOW", alignment="NONE")
+    bar = SimpleNamespace(width=sidebar, height=500, x=300 - sidebar, y=0, type="UI", alignment="RIGHT")
+    area = SimpleNamespace(regions=[region, bar])
+    monkeypatch.setattr("blf.dimensions", lambda _, text: (7.0 * len(text), 11.0))
+    dial_ = blender.context.scene.spectral.dial
+    dial_.bulbs.clear()
+    for number, angle in enumerate(np.linspace(-1.3, 1.3, count)):
+        bulb = dial_.bulbs.add()
+        bulb.name, bulb.place = f"Softbox number {number}", (np.cos(angle), np.sin(angle))
+    labels = dial_labels.labels_of(dial_labels.dial_beside(area, region, 1.0), dial_, np.full(count, 1 / count))
+    shown = [(text, x) for text, x, _ in labels if text]
+    assert len(shown) >= 2
+    assert max(x + 7.0 * len(text) for text, x in shown) <= 300 - sidebar
+    assert min(x for _, x in shown) >= 0
+
+
 @pytest.mark.parametrize("count", [3, 8])
 def test_the_plots_begin_beyond_the_names_at_the_right_of_the_dial(
     blender: Any, monkeypatch: Any, count: int

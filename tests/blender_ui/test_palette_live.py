@@ -149,3 +149,26 @@ def test_an_opened_file_keeps_its_spectra_when_something_else_is_undone(blender,
     blender.ops.ed.undo_push(message="else")
     blender.ops.ed.undo()
     np.testing.assert_array_equal(spectra(blender.context.scene.spectral.palette), saved)
+
+
+def test_the_panel_keeps_its_lines_while_a_live_table_is_solved(blender, palette):
+    """A dragged color made the panel jump: during each solution a line and the advice were missing."""
+    from unittest.mock import MagicMock
+
+    from blender_addon.panels.palette import draw_palette
+
+    def lines() -> list[str]:
+        layout = MagicMock()
+        draw_palette(layout, blender.context)
+        kinds = ("label", "operator", "prop", "template_icon")
+        return [call[0].split(".")[-1] for call in layout.mock_calls if call[0].endswith(kinds)]
+
+    palette.materials[0].cells[1].target = (0.0, 1.0, 0.0)
+    blender.ops.spectral.palette_solve()
+    assert palette.status != "solved"
+    assert len(palette.conflicts) > 0
+    solved = lines()
+    palette.is_stale = True
+    assert lines() == solved
+    palette.live = False
+    assert len(lines()) < len(solved)  # advice for a table that nobody solves would be wrong

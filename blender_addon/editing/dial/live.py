@@ -125,6 +125,13 @@ def uncover(scene: Scene) -> None:
         place(scene, image, over_camera=False)
 
 
+def _uncover_blank(scene: Scene) -> None:
+    """Uncover the camera view if Blender has made the image anew, in black: after an undo, or in an opened file."""
+    image = picture_of(scene)
+    if image is not None and not image.is_dirty:
+        uncover(scene)
+
+
 def _store(scene: Scene, pixels: np.ndarray) -> Any:
     height, width = pixels.shape[:2]
     image = picture_for(scene, width, height)
@@ -165,6 +172,7 @@ def _read(path: Path, scene_hash: str) -> Any:
 def _was_read(stamp: tuple[str, int, int], scene: bpy.types.Scene, mix: Any) -> None:
     if isinstance(mix, str):
         scene.spectral.dial.message = mix
+        _uncover_blank(scene)
         redraw_dial()
         _tell(scene, mix)
         return
@@ -178,6 +186,7 @@ def _show_quietly(scene: bpy.types.Scene) -> None:
         show(scene)
     except (SpectralError, OSError) as error:  # dial.message reports it
         why = str(error)
+        _uncover_blank(scene)
     redraw_dial()
     _tell(scene, why)
 

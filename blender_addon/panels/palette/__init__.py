@@ -106,7 +106,7 @@ def _draw_welcome(layout: UILayout, context: Context) -> None:
 
 
 def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """Draw the status of the last solve, and its remedy."""
+    """Draw the status of the last solve, in as many lines while the next one runs: the table stays where it is."""
     if palette.message:
         column = layout.column()
         column.alert = palette.message != NEEDS_BUTTON
@@ -116,14 +116,13 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
     if not palette.status:
         layout.label(text=_next_step(palette), icon="INFO")
         return
-    if palette.is_stale:
-        layout.label(text="Solving …" if palette.live else "Changed: press Solve", icon="FILE_REFRESH")
-        return
     icon, words = STATUS[palette.status]
+    if palette.is_stale:
+        icon, words = "FILE_REFRESH", "Solving …" if palette.live else "Changed: press Solve"
     told = layout.column(align=True)
     row = told.row()
     is_missed = any(cell.is_missed for material in palette.materials for cell in material.cells)
-    row.alert = palette.status not in ("solved", "still_improving") or is_missed
+    row.alert = not palette.is_stale and (palette.status not in ("solved", "still_improving") or is_missed)
     row.label(text=words, icon=icon)
     facts = told.row()  # below: beside them, a narrow sidebar truncates the text
     facts.active = False
@@ -140,15 +139,21 @@ def _next_step(palette: PropertyGroup) -> str:
 
 
 def _draw_help(layout: UILayout, context: Context, palette: PropertyGroup) -> None:
-    """Draw the remedy, below the table, so that the table does not move while colors are dragged."""
-    if palette.message or palette.is_stale or not palette.remedy:
+    """Draw the remedy, below the table, so that the table does not move while colors are dragged.
+
+    While a live table is solved, that of the last solution stays, and its buttons wait: what is below would jump at
+    each step of a drag.
+    """
+    if palette.message or not palette.remedy or (palette.is_stale and not palette.live):
         return
+    column = layout.column()
+    column.enabled = not palette.is_stale
     for conflict in palette.conflicts[:CONFLICTS_SHOWN]:
-        draw_conflict(layout.box(), context, palette, conflict)
+        draw_conflict(column.box(), context, palette, conflict)
     if len(palette.conflicts) > CONFLICTS_SHOWN:
-        layout.label(text=f"and {len(palette.conflicts) - CONFLICTS_SHOWN} more", icon="BLANK1")
+        column.label(text=f"and {len(palette.conflicts) - CONFLICTS_SHOWN} more", icon="BLANK1")
     if not len(palette.conflicts):
-        hint = layout.column()
+        hint = column.column()
         hint.active = False
         wrapped(hint, context, palette.remedy)
 

@@ -94,10 +94,12 @@ def _draw_hidden_conflict(
 ) -> None:
     """Draw the conflict of this cell if it is not among those below the table."""
     uids = entries[0].uid, entries[1].uid
-    hidden = () if palette.is_stale else list(palette.conflicts)[CONFLICTS_SHOWN:]
+    hidden = list(palette.conflicts)[CONFLICTS_SHOWN:] if palette.live or not palette.is_stale else ()
     for conflict in hidden:
         if (conflict.material_uid, conflict.light_uid) == uids:
-            draw_conflict(layout.box(), context, palette, conflict)
+            box = layout.box()
+            box.enabled = not palette.is_stale
+            draw_conflict(box, context, palette, conflict)
             return
 
 
