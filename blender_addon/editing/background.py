@@ -7,14 +7,17 @@ import re
 import subprocess
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import bpy
+from bpy.types import PropertyGroup
 
 from spectral_core import child
 from spectral_core.child.ending import output_of
 
+SAVED_MEANWHILE = "the file was saved while this ran; press {button} again"
+"""Status of a file that was opened, whose process is that of another session, or has ended."""
 OF_BLENDER = re.compile(r"Blender (\d|quit)|Error: script failed")
 """Lines of Blender itself after the error of a script."""
 
@@ -46,6 +49,13 @@ class BackgroundCommand:
             except subprocess.TimeoutExpired:
                 self.process.kill()
                 self.process.wait()
+
+
+def settle(groups: Iterable[PropertyGroup], status: str) -> None:
+    """Correct the groups that are said to be under way: an undo step, or a file, of the time when a process ran."""
+    for each in groups:
+        if each.is_under_way:
+            each.is_under_way, each.status = False, status
 
 
 def temporary(name: str) -> Path:

@@ -19,9 +19,9 @@ from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.store import Store
 
-from .background import told_if_temporary
+from .background import SAVED_MEANWHILE, settle, told_if_temporary
 from .deferred import RENDER_SECONDS, open_scene, redraw
-from .sweep_documents import Documents, command_line, folder_of, parameters_of, require_own_table, write_documents
+from .sweep_documents import Documents, command_line, folder_of, require_own_table, write_documents
 from .sweep_points import set_point
 from .sweep_run import Run
 from .sweep_settings import column_name, setting_at
@@ -60,7 +60,8 @@ def _begin(
     global _run, _scene_uid
     _forget()
     _run, _scene_uid = Run(command, folder, total, documents), scene.session_uid
-    scene.spectral.sweep.status, scene.spectral.sweep.total = "starting", total
+    sweep = scene.spectral.sweep
+    sweep.status, sweep.total, sweep.is_under_way = "starting", total, True
     return _run
 
 
@@ -114,6 +115,7 @@ def look(scene: Scene) -> bool:
     sweep, run = scene.spectral.sweep, _run
     code = run.process.poll()
     sweep.done = run.done()
+    sweep.is_under_way = code is None
     if code is None:
         seconds = time.monotonic() - run.started
         left = (run.total - sweep.done) * seconds / sweep.done if sweep.done else None
@@ -165,28 +167,8 @@ def cancel() -> None:
     _forget()
     if scene is not None:
         sweep = scene.spectral.sweep
-        sweep.done = run.done()
+        sweep.done, sweep.is_under_way = run.done(), False
         sweep.status = f"cancelled; {sweep.done} of {run.total} points stay, and the next run continues"
-
-
-def estimate(scene: Scene) -> str:
-    """Text on the time of the sweep: from finished rows, else from one render of the settings."""
-    sweep = scene.spectral.sweep
-    parameters_of(sweep)
-    folder = folder_of(sweep)
-    times: list[float] = []
-    if (folder / "project.json").is_file():
-        with Store.open(folder) as store:
-            times = [row.seconds for row in store.ledger.rows("done") if row.seconds is not None]
-    if not times:
-        render = scene.render
-        share = sweep.percentage / 100
-        paths = render.resolution_x * render.resolution_y * share * share * sweep.samples
-        work = f"{sweep.budget} renders of {paths / 1e6:.2g} million light paths each"
-        return f"{work}; the time is known after the first one"
-    each = sum(times) / len(times)
-    left = max(0, sweep.budget - len(times))
-    return f"{each:.2f} s each; {left} new renders take about {each * left / sweep.workers:.0f} s"
 
 
 def rows(scene: Scene) -> list[Row]:
@@ -274,20 +256,32 @@ def _after_load(*_: object) -> None:
     """Another file is open: end the run of the earlier one, which no panel shows any more."""
     global _served_uid
     _served_uid = 0
+    settle((scene.spectral.sweep for scene in bpy.data.scenes), SAVED_MEANWHILE.format(button="Run Sweep"))
     if _run is not None:
         _forget()
         for scene in bpy.data.scenes:
             scene.spectral.sweep.status = "the sweep of the earlier file was ended; its points stay, run it again there"
 
 
+@bpy.app.handlers.persistent
+def _after_undo(*_: object) -> None:
+    """A step that was made during a run says that it goes on."""
+    settle((scene.spectral.sweep for scene in bpy.data.scenes if scene != scene_of_run()), "")
+
+
+HANDLERS = {"load_post": _after_load, "undo_post": _after_undo, "redo_post": _after_undo}
+
+
 def register() -> None:
-    """Start listening to files that are opened."""
-    bpy.app.handlers.load_post.append(_after_load)
+    """Start listening to files that are opened, and to undo."""
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
     """End the run and the server."""
-    bpy.app.handlers.load_post.remove(_after_load)
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).remove(handler)
     if bpy.app.timers.is_registered(tick):
         bpy.app.timers.unregister(tick)
     _forget()

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A running sweep in another process."""
+"""A running sweep in another process, and the time that a sweep takes."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from bpy.types import Scene
+
 from spectral_core.explore.sweep.ledger import DoneCount
+from spectral_core.explore.sweep.store import Store
 
 from .background import BackgroundCommand
-from .sweep_documents import Documents
+from .sweep_documents import Documents, folder_of, parameters_of
 
 
 class Run(BackgroundCommand):
@@ -36,3 +39,23 @@ class Run(BackgroundCommand):
         self.log.close()
         if self._documents is not None:
             self._documents.settle()
+
+
+def estimate(scene: Scene) -> str:
+    """Text on the time of the sweep: from finished rows, else from one render of the settings."""
+    sweep = scene.spectral.sweep
+    parameters_of(sweep)
+    folder = folder_of(sweep)
+    times: list[float] = []
+    if (folder / "project.json").is_file():
+        with Store.open(folder) as store:
+            times = [row.seconds for row in store.ledger.rows("done") if row.seconds is not None]
+    if not times:
+        render = scene.render
+        share = sweep.percentage / 100
+        paths = render.resolution_x * render.resolution_y * share * share * sweep.samples
+        work = f"{sweep.budget} renders of {paths / 1e6:.2g} million light paths each"
+        return f"{work}; the time is known after the first one"
+    each = sum(times) / len(times)
+    left = max(0, sweep.budget - len(times))
+    return f"{each:.2f} s each; {left} new renders take about {each * left / sweep.workers:.0f} s"

@@ -19,7 +19,7 @@ from spectral_core.render.process.interpreter import find_python
 from spectral_core.spectra.color import display_rgb_from_linear
 
 from ..translate.texture_project import project_of, report_lines
-from .background import BackgroundCommand, temporary, told_if_temporary
+from .background import SAVED_MEANWHILE, BackgroundCommand, settle, temporary, told_if_temporary
 from .deferred import RENDER_SECONDS, open_scene, redraw
 
 POLL_S = 0.25
@@ -82,7 +82,7 @@ def start(scene: Scene) -> None:
     write_document(document, document_of(project), comment="Made by the panel Spectral Texture in Blender.")
     _forget()
     _job = Job(scene, document, folder)
-    design.status, design.progress, design.failed = "starting", 0.0, False
+    design.status, design.progress, design.failed, design.is_under_way = "starting", 0.0, False, True
 
 
 def look() -> bool:
@@ -99,6 +99,7 @@ def look() -> bool:
     steps = [line.split(maxsplit=2) for line in words if line.startswith("progress ")]
     if steps and len(steps[-1]) == 3:  # the last line may not be complete yet
         design.progress, design.status = float(steps[-1][1]), steps[-1][2]
+    design.is_under_way = code is None
     if code is None:
         return True
     _job, message = None, job.message()
@@ -172,26 +173,38 @@ def cancel() -> None:
     scene = _job.scene
     _forget()
     if scene is not None:
-        scene.spectral.texture.status = "cancelled"
+        scene.spectral.texture.status, scene.spectral.texture.is_under_way = "cancelled", False
 
 
 @bpy.app.handlers.persistent
 def _after_load(*_: object) -> None:
     """Another file is open: end the design of the earlier one, which nothing can take over."""
+    settle((scene.spectral.texture for scene in bpy.data.scenes), SAVED_MEANWHILE.format(button="Design Texture"))
     if _job is not None:
         _forget()
         for scene in bpy.data.scenes:
             scene.spectral.texture.status = "the design of the earlier file was ended; press Design Texture there again"
 
 
+@bpy.app.handlers.persistent
+def _after_undo(*_: object) -> None:
+    """A step that was made during a design says that it goes on."""
+    settle((scene.spectral.texture for scene in bpy.data.scenes if scene != scene_of_job()), "")
+
+
+HANDLERS = {"load_post": _after_load, "undo_post": _after_undo, "redo_post": _after_undo}
+
+
 def register() -> None:
-    """Start listening to files that are opened."""
-    bpy.app.handlers.load_post.append(_after_load)
+    """Start listening to files that are opened, and to undo."""
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister() -> None:
     """End the job."""
-    bpy.app.handlers.load_post.remove(_after_load)
+    for name, handler in HANDLERS.items():
+        getattr(bpy.app.handlers, name).remove(handler)
     if bpy.app.timers.is_registered(tick):
         bpy.app.timers.unregister(tick)
     _forget()

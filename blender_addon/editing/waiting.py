@@ -255,8 +255,9 @@ class WaitingForFile(Waiting):
         return super(Waiting, self).invoke(context, event)  # type: ignore[misc]
 
     def execute(self, context: Context) -> set[str]:
-        """Work on a thread after the file browser, now for a script."""
-        return self.start(context) if self.options.is_invoke else super().execute(context)
+        """Work on a thread after the file browser; now for a script, and after a change in Adjust Last Operation."""
+        is_first = self.options.is_invoke and not self.options.is_repeat
+        return self.start(context) if is_first else super().execute(context)
 
 
 def _answer_of(work: Callable[[], Any]) -> Any:

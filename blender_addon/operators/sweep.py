@@ -10,6 +10,7 @@ from spectral_core.errors import InvalidInputError
 from ..editing import sweep as editing
 from ..editing.board.pointed import paths_under_pointer
 from ..editing.sweep_points import keyframe_path, set_point
+from ..editing.sweep_run import estimate
 from .common import UNDOABLE, reporting, require_index, with_menu_entry
 
 SWEPT_TYPES = frozenset({"FLOAT", "INT", "BOOLEAN", "ENUM"})
@@ -56,7 +57,7 @@ class SPECTRAL_OT_sweep_estimate(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
-        text = editing.estimate(context.scene)
+        text = estimate(context.scene)
         context.scene.spectral.sweep.status = text
         self.report({"INFO"}, text)
 

@@ -71,6 +71,7 @@ class SpectralSweep(bpy.types.PropertyGroup):
     swept_as: StringProperty(description="Name of the scene when its sweep was last started")
     point: IntProperty(name="Row", default=1, min=1, description="Row of the table, counted from 1")
     status: StringProperty(options={"SKIP_SAVE"})
+    is_under_way: BoolProperty(description="Whether a run works for this scene; also in files that are saved meanwhile")
     done: IntProperty(options={"SKIP_SAVE"})
     total: IntProperty(options={"SKIP_SAVE"})
 

@@ -132,6 +132,7 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
     )  # fmt: skip
 
     status: StringProperty(description="Progress or result of the design")
+    is_under_way: BoolProperty(description="Whether a design works for it; also in files that are saved meanwhile")
     failed: BoolProperty(description="Whether the last design failed")
     progress: FloatProperty(options={"SKIP_SAVE"})
     texture_file: StringProperty(

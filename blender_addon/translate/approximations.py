@@ -41,7 +41,7 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
     meshes = {mesh.name: mesh for mesh in scene.meshes}
     enters = {name for name, surface in surfaces.items() if _enters(surface)}
     turned: dict[str, bool] = {}
-    for instance in scene.instances:
+    for instance in scene.instances if enters else ():
         if not enters.intersection(instance.materials):
             continue
         if instance.mesh not in turned:

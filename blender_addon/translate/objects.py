@@ -156,9 +156,10 @@ def _walked(found: Collected, shows: Callable[[Any], bool], begun: Begun | None 
             begun.place += 1
             kept.passed()
         found.settle_names()
-    found.instances = [
-        _linked(found, *each) for each in zip(found.instances, found.originals, found.shown_by, strict=True)
-    ]
+    if found.linking.is_used:
+        found.instances = [
+            _linked(found, *each) for each in zip(found.instances, found.originals, found.shown_by, strict=True)
+        ]
     found.settled = tuple(found.instances)
     return found
 
@@ -194,8 +195,6 @@ def _remade(found: Collected, material: Any) -> TranslatedMaterial:
 
 def _linked(found: Collected, item: Instance, obj: Any, shown_by: Any) -> Instance:
     """The instance with its light linking; the same object if a kept one has that already."""
-    if not found.linking.is_used:
-        return item
     rules = found.linking.unlit_by(obj, shown_by), found.linking.clear_for(obj, shown_by)
     if rules == ((), ()):
         return item

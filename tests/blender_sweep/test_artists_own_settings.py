@@ -132,7 +132,7 @@ def test_a_custom_property_with_a_list_is_a_choice(plane: Any) -> None:
 
 
 def test_an_angle_is_entered_in_degrees_and_stored_in_radians(plane: Any) -> None:
-    from blender_addon.editing.sweep import parameters_of
+    from blender_addon.editing.sweep_documents import parameters_of
 
     entry = added(TURN)
     assert entry.is_angle and not added(f'{PLANE}["height"]').is_angle

@@ -17,9 +17,11 @@ pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spe
 import bpy
 
 from blender_addon.editing import sweep as sweeps
-from blender_addon.editing import sweep_node
+from blender_addon.editing import sweep_node, sweep_run
 from blender_addon.editing.background import BackgroundCommand
+from blender_addon.editing.sweep_documents import parameters_of
 from blender_addon.editing.sweep_node import BlendNode, blend_node
+from blender_addon.editing.sweep_run import estimate
 from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.outcome import Outcome
@@ -157,7 +159,8 @@ def rows(scene: Any, monkeypatch: Any) -> list[Row]:  # noqa: F811
     ledger = SimpleNamespace(rows=lambda *_: found, states=lambda: dict.fromkeys(range(len(found)), "done"))
     project = SimpleNamespace(space=SimpleNamespace(parameters=()))
     store = contextlib.nullcontext(SimpleNamespace(ledger=ledger, close=lambda: None, project=project))
-    monkeypatch.setattr(sweeps, "Store", SimpleNamespace(open=lambda _: store))
+    for module in (sweeps, sweep_run):
+        monkeypatch.setattr(module, "Store", SimpleNamespace(open=lambda _: store))
     folder = sweeps.folder_of(scene.spectral.sweep)
     folder.mkdir(parents=True)
     (folder / "project.json").write_text("{}")
@@ -179,9 +182,9 @@ def test_the_estimate_of_finished_rows_counts_budget_and_workers(scene: Any, row
     settings = scene.spectral.sweep
     for budget, workers, seconds in ((8, 1, 10), (13, 1, 20), (13, 4, 5), (2, 1, 0)):
         settings.budget, settings.workers = budget, workers
-        assert sweeps.estimate(scene) == (f"2.00 s each; {max(0, budget - 3)} new renders take about {seconds} s")
+        assert estimate(scene) == (f"2.00 s each; {max(0, budget - 3)} new renders take about {seconds} s")
     bpy.ops.spectral.sweep_estimate()
-    assert settings.status == sweeps.estimate(scene)
+    assert settings.status == estimate(scene)
 
 
 def test_points_that_the_page_added_are_computed_with_the_panels_workers(
@@ -262,4 +265,4 @@ def test_an_added_setting_is_the_active_one(scene: Any) -> None:  # noqa: F811
     entry = settings.parameters[HEIGHT]
     low, high = sweeps.setting_at(HEIGHT).place.range()
     assert (entry.low, entry.high) == (pytest.approx(low), pytest.approx(high)) and entry.choices == ""
-    assert [each.path for each in sweeps.parameters_of(settings)] == [HEIGHT, KEY]
+    assert [each.path for each in parameters_of(settings)] == [HEIGHT, KEY]

@@ -249,3 +249,25 @@ def test_a_run_that_began_no_sweep_leaves_no_copy_of_the_file(scene: Any, monkey
         with pytest.raises(Exception, match="a driver"):
             sweeps.wait(scene)
     assert set(folder.iterdir()) == before
+
+
+def test_a_step_or_file_made_during_a_run_does_not_say_that_it_goes_on(swept: Any, tmp_path: Any) -> None:
+    path = str(tmp_path / "meanwhile.blend")
+    bpy.ops.ed.undo_push(message="before")
+    sweeps.start(swept)
+    sweeps.tick()
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    bpy.context.scene.frame_end = 77
+    bpy.ops.ed.undo_push(message="edited meanwhile")
+    bpy.context.scene.frame_end = 78
+    bpy.ops.ed.undo_push(message="edited again")
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.spectral.sweep.status == "0 of 3" and sweeps.running(), "the run goes on"
+    bpy.ops.ed.redo()
+    sweeps.cancel()
+    bpy.ops.ed.undo()
+    now = bpy.context.scene.spectral.sweep
+    assert bpy.context.scene.frame_end == 77 and (now.status, now.is_under_way) == ("", False)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    now = bpy.context.scene.spectral.sweep
+    assert "saved while this ran; press Run Sweep" in now.status and not now.is_under_way

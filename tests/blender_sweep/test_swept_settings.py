@@ -28,7 +28,7 @@ def node_of(folder: Path, *parameters: Any, **options: Any) -> Any:
 
 
 def test_each_type_of_setting_is_added_with_its_values(scene: Any) -> None:  # noqa: F811
-    from blender_addon.editing.sweep import parameters_of
+    from blender_addon.editing.sweep_documents import parameters_of
 
     for path in (SHAPE, HIDDEN, GREEN, SIDES):
         assert bpy.ops.spectral.sweep_add(target=path) == {"FINISHED"}
@@ -169,13 +169,13 @@ def test_a_run_is_started_with_the_points_and_workers_of_the_panel(scene: Any, m
 
 
 def test_the_estimate_counts_points_size_and_samples(scene: Any, monkeypatch: Any) -> None:  # noqa: F811
-    from blender_addon.editing import sweep as sweeps
+    from blender_addon.editing.sweep_run import estimate
 
     bpy.ops.spectral.sweep_add(target=GREEN)
     settings = scene.spectral.sweep
     settings.budget, settings.percentage, settings.samples = 5, 50, 1000
     paths = scene.render.resolution_x * scene.render.resolution_y / 4 * 1000
-    assert sweeps.estimate(scene).startswith(f"5 renders of {paths / 1e6:.2g} million light paths each")
+    assert estimate(scene).startswith(f"5 renders of {paths / 1e6:.2g} million light paths each")
 
 
 def test_two_settings_of_one_name_get_two_columns(scene: Any) -> None:  # noqa: F811

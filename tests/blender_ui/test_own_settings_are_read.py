@@ -79,7 +79,8 @@ NO_INPUT = {
         SpectralLightDial.keeps_spectra SpectralLightDial.recorded_parts SpectralLightDial.recorded_groups
         SpectralLightDial.changes SpectralLightDial.message SpectralMixingBoard.status
         SpectralMixingBoard.simultaneity SpectralSweep.point SpectralSweep.status SpectralSweep.done
-        SpectralSweep.total SpectralTextureWantedColor.outcome SpectralTextureWantedColor.reached
+        SpectralSweep.total SpectralSweep.is_under_way
+        SpectralTextureDesign.is_under_way SpectralTextureWantedColor.outcome SpectralTextureWantedColor.reached
         SpectralTextureDesign.status SpectralTextureDesign.failed SpectralTextureDesign.progress
         SpectralTextureDesign.texture_file SpectralTextureDesign.report SpectralTextureDesign.lost_1
         SpectralTextureDesign.lost_2 SpectralRecipe.text SpectralRecipe.met SpectralRecipe.spectrum

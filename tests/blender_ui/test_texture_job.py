@@ -154,3 +154,30 @@ def test_a_texture_in_a_temporary_folder_is_named(scene: Any, saved: bool, tmp_p
         texture_job.report_lines = report
     assert design.report == "made"
     assert ("is deleted at the end of the session" in design.status) == (not saved)
+
+
+def test_a_step_made_during_a_design_does_not_say_that_it_goes_on(scene: Any) -> None:
+    bpy.ops.ed.undo_push(message="before")
+    started(scene)
+    bpy.context.scene.frame_end = 77
+    bpy.ops.ed.undo_push(message="edited meanwhile")
+    bpy.context.scene.frame_end = 78
+    bpy.ops.ed.undo_push(message="edited again")
+    bpy.ops.ed.undo()
+    now = bpy.context.scene.spectral.texture
+    assert now.status == "starting" and texture_job.running(), "the design goes on"
+    bpy.ops.ed.redo()
+    texture_job.cancel()
+    bpy.ops.ed.undo()
+    now = bpy.context.scene.spectral.texture
+    assert bpy.context.scene.frame_end == 77 and (now.status, now.is_under_way) == ("", False)
+
+
+def test_a_file_saved_during_a_design_says_so(scene: Any, tmp_path: Any) -> None:
+    started(scene)
+    path = str(tmp_path / "meanwhile.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path, copy=True)
+    texture_job.cancel()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    now = bpy.context.scene.spectral.texture
+    assert "saved while this ran; press Design Texture" in now.status and not now.is_under_way

@@ -15,17 +15,17 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core import child, errors
+from spectral_core import child
 from spectral_core.child.ending import Log, ended
-from spectral_core.errors import RenderCancelled, RenderError
+from spectral_core.errors import RenderError
 from spectral_core.render.cost.asked import is_asked
 from spectral_core.render.cost.curve import CostCurve
 from spectral_core.render.plan.effects import EffectPlan, plan_from_data
 from spectral_core.render.process.interpreter import find_python
 from spectral_core.render.process.messages import receive, send
+from spectral_core.render.process.outcomes import as_error, cancelled, require_wanted
 from spectral_core.render.still import Progress, RenderResult
 from spectral_core.render.trace.wavelengths import Bands
-from spectral_core.render.variant import choose_backend
 from spectral_core.scene import Scene, require_scene
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -99,16 +99,16 @@ class RenderProcess:
         Raises RenderError if the process crashed, RenderCancelled if ``should_stop`` was true, which ends the process.
         """
         with self._lock:
-            _require_wanted(should_stop)
+            require_wanted(should_stop)
             worker = self._running()
             try:
                 worker.post(("call", (name, arguments)))
                 while (message := worker.next_message(_POLL_S)) is None:
-                    _require_wanted(should_stop)
+                    require_wanted(should_stop)
                 worker.idle = True
                 kind, content = message
                 if kind == "error":
-                    raise _as_error(*content)
+                    raise as_error(*content)
                 return content
             except BaseException:
                 if not worker.idle:
@@ -139,7 +139,7 @@ class RenderProcess:
                     return content
                 if kind == "error":
                     worker.idle = True
-                    raise _as_error(*content)
+                    raise as_error(*content)
                 if kind == "progress":
                     latest = content
                     if on_progress is not None:
@@ -149,7 +149,7 @@ class RenderProcess:
                 worker.post(("stop", None))
             if deadline is not None and time.monotonic() > deadline:
                 self._end()
-                return _cancelled(*what, latest)
+                return cancelled(*what, latest)
 
     @property
     def is_busy(self) -> bool:
@@ -289,19 +289,3 @@ class Worker:
                 with contextlib.suppress(OSError):  # the remaining output has no reader
                     stream.close()
         self._log.close()
-
-
-def _require_wanted(should_stop: Callable[[], bool] | None) -> None:
-    if should_stop is not None and should_stop():
-        raise RenderCancelled("stopped; nothing has changed")
-
-
-def _cancelled(scene: Scene, plan: EffectPlan, latest: Progress) -> RenderResult:
-    """The last progress of a render when its process was ended."""
-    variant = choose_backend("spectral" if plan.is_spectral else "rgb", scene.settings.variant).variant
-    return RenderResult(latest.pixels, plan, scene.notes, latest.samples, latest.seconds, "cancelled", variant)
-
-
-def _as_error(name: str, text: str) -> errors.SpectralError:
-    kind = getattr(errors, name, RenderError)
-    return kind(text)

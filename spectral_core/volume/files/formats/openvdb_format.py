@@ -13,6 +13,7 @@ import importlib
 import importlib.util
 import math
 import sys
+import threading
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -75,7 +76,8 @@ def write(volume: ScalarVolume, path: Path) -> None:
     # The binding takes no read-only array, so this copies even an array of the right type.
     data = np.require(volume.data, _exact_float(volume), ["C", "W"])
     openvdb: Any = find_openvdb()
-    if openvdb is None:
+    # The binding keeps all threads from Python while it writes, the one of an interface, too.
+    if openvdb is None or threading.current_thread() is not threading.main_thread():
         write_grid(path, data, volume.world_from_index, DENSITY_GRID, texts)
         return
     grid = (openvdb.FloatGrid if data.dtype == np.float32 else openvdb.DoubleGrid)(0.0)

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The import of volumes: files are read and written without Blender, so that a thread can do it."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import bpy
+import numpy as np
+from bpy.types import Context, Volume
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError, RenderCancelled
+
+from ...properties.volume import RANGE_KEY
+from ...translate.volume_looks import transfer as volume_transfer
+
+if TYPE_CHECKING:
+    from spectral_core.volume.field import ScalarVolume
+    from spectral_core.volume.files.sequence import VolumeSequence
+
+
+@dataclass
+class Import:
+    """The files to import, and how; ``read`` reads nothing from Blender.
+
+    Parameters
+    ----------
+    paths
+        Of the files; of a sequence, one of its files.
+    options
+        Of ``read_volume``.
+    key
+        Text on the options, by which imports of one file with different options differ.
+    folder
+        For the OpenVDB files.
+    stopping
+        Once it is set, no further file is begun.
+    """
+
+    paths: list[Path]
+    options: dict[str, Any]
+    key: str
+    folder: Path
+    preset: str
+    is_sequence: bool
+    centered: bool
+    stopping: threading.Event
+    progress: str = ""
+    """Text on a sequence that is being read."""
+
+    def read(self) -> list[Imported]:
+        """Read all files and write the OpenVDB files. Raises SpectralError and OSError."""
+        return [self._one(path) for path in self.paths]
+
+    def _one(self, path: Path) -> Imported:
+        from spectral_core.volume.documents.transfer_document import stated_in_fractions
+        from spectral_core.volume.files import read_volume, sequence_of
+        from spectral_core.volume.fill_values import fill_values_note
+        from spectral_core.volume.presets import preset
+
+        frames, warnings = None, []
+        if self.is_sequence:
+            frames = sequence_of(path, **self.options)
+            if frames is None:
+                raise InvalidInputError(
+                    f"{path.name} is no frame of a sequence: no other file differs in its number only"
+                )
+            if frames.missing:
+                warnings.append(f"frames {', '.join(map(str, frames.missing[:8]))} have no file")
+        self._require_wanted()
+        first = read_volume(path, **self.options) if frames is None else frames.read(frames.numbers[0])
+        self._require_wanted()
+        made = self._written(path, first, frames)
+        note = fill_values_note(first.data, first.range_without_fill_values)
+        made.warnings = [*warnings, *([f"{first.name}: {note}"] if note else [])]
+        made.look = stated_in_fractions(preset(self.preset, first), first, made.range)
+        return made
+
+    def _written(self, path: Path, first: ScalarVolume, frames: VolumeSequence | None) -> Imported:
+        """Write the OpenVDB files. A centered volume has its origin in its middle."""
+        from spectral_core.volume.files import write_volume
+
+        low, high = first.range_without_fill_values
+        whole_low, whole_high = first.value_range
+        shift = -first.corners_world.mean(axis=0) if self.centered else np.zeros(3)
+        stem = _stem(path if frames is None else Path(frames.pattern), f"{self.key} {self.centered}")
+        if frames is None:
+            target = self.folder / f"{stem}.vdb"
+            write_volume(_moved(first, shift), target)
+        else:
+            # Consecutive numbers, because Blender counts frames from the first file's.
+            for place, number in enumerate(frames.numbers, 1):
+                self._require_wanted()
+                self.progress = f"frame {place} of {len(frames)}"
+                volume = frames.read(number)
+                own = volume.range_without_fill_values
+                low, high = min(low, own[0]), max(high, own[1])
+                whole_low, whole_high = min(whole_low, volume.value_range[0]), max(whole_high, volume.value_range[1])
+                write_volume(_moved(volume, shift), self.folder / f"{stem}_{place:04d}.vdb")
+            target = self.folder / f"{stem}_0001.vdb"
+        facts = f"{' × '.join(map(str, first.shape))} voxels of {first.data.dtype}, {whole_low:g} to {whole_high:g}"
+        # The viewport shows the data as smoke: nearly opaque over its whole depth.
+        voxel = float(np.prod(first.voxel_size) ** (1 / 3))
+        density = 20.0 / max(abs(high), abs(low), 1e-9) / (max(first.shape) * voxel)
+        longest = float(np.ptp(first.corners_world, axis=0).max())
+        frame_count = 0 if frames is None else len(frames)
+        return Imported(first.name, path, target, frame_count, (float(low), float(high)), facts, density, longest)
+
+    def _require_wanted(self) -> None:
+        if self.stopping.is_set():
+            raise RenderCancelled("stopped; nothing was imported")
+
+
+@dataclass
+class Imported:
+    """A volume that was read and written. ``frames``: their number in a sequence, else 0; ``longest``: side."""
+
+    name: str
+    source: Path
+    target: Path
+    frames: int
+    range: tuple[float, float]
+    facts: str
+    density: float
+    longest: float
+    warnings: list[str] = field(default_factory=list)
+    look: Any = None
+
+    def made(self) -> Volume:
+        """A new data-block of it."""
+        data = bpy.data.volumes.new(self.name)
+        try:
+            if self.frames:
+                data.is_sequence, data.frame_start, data.frame_duration = True, 1, self.frames
+            data.filepath = bpy.path.relpath(str(self.target)) if bpy.data.filepath else str(self.target)
+            data[RANGE_KEY] = list(self.range)
+            data.spectral.source, data.spectral.facts = str(self.source), self.facts
+            data.display.density = self.density
+            volume_transfer.store_transfer(data, self.look)
+        except Exception:
+            bpy.data.volumes.remove(data)
+            raise
+        return data
+
+    def add_to(self, context: Context, scene: bpy.types.Scene, size: float) -> None:
+        """Add an object of it at the cursor; its longest side has the length ``size``."""
+        shown = bpy.data.objects.new(self.name, self.made())
+        if size:
+            shown.scale = (size / self.longest,) * 3
+            shown.location = scene.cursor.location
+        if scene != context.scene:  # the window shows another scene by now
+            scene.collection.objects.link(shown)
+            return
+        context.collection.objects.link(shown)
+        for other in context.selected_objects:
+            other.select_set(False)
+        shown.select_set(True)
+        context.view_layer.objects.active = shown
+
+
+def _moved(volume: ScalarVolume, shift: NDArray[np.float64]) -> ScalarVolume:
+    """The same volume at another position."""
+    from spectral_core.volume.field import ScalarVolume
+
+    matrix = volume.world_from_index.copy()
+    matrix[:3, 3] += shift
+    return ScalarVolume(volume.name, volume.data, matrix)
+
+
+def _stem(path: Path, key: str) -> str:
+    """A file name that identifies the source and its version, so that no other volume's file is overwritten."""
+    try:
+        state = f"{path.stat().st_mtime_ns} {path.stat().st_size}"
+    except OSError:  # a pattern
+        state = ""
+    plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in path.name.split(".")[0])
+    mark = hashlib.sha256(f"{path.resolve()} {state} {key}".encode()).hexdigest()[:8]
+    return f"{plain.strip('_') or 'volume'}_{mark}"
