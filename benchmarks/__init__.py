@@ -76,8 +76,10 @@ class Options:
         Raises UnknownNameError for a word that chooses nothing.
         """
         known = list(names)
-        if self.extra[:1] != ["--only"]:
+        if not self.extra:
             return known
+        if self.extra[0] != "--only":
+            raise UnknownNameError(f"{' '.join(self.extra)!r}: expected --only and names, separated by commas")
         wanted: set[str] = set()
         for word in " ".join(self.extra[1:]).split(","):
             each = word.strip()

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ from typing import Any
 from benchmarks import ROOT, Options
 from spectral_core.cli.shared.terminal import completed
 from spectral_core.errors import MissingDependencyError, UnknownNameError
+
+READS_WORDS = re.compile(r"\boptions\.(extra|only|counts)\b")
+"""In the text of a benchmark that reads words of its own; without it they would be ignored."""
 
 
 def known() -> dict[str, Path]:
@@ -57,6 +61,11 @@ def main(arguments: list[str] | None = None) -> int:
         print(
             f"{given.name} has no option {', '.join(strange)}; all have --json, --quick and --out DIR", file=sys.stderr
         )
+        return 2
+    lone = [word for before, word in zip(["", *extra], extra, strict=False)
+            if not (word.startswith("-") or before.startswith("-"))]  # fmt: skip
+    if lone and not READS_WORDS.search(file.read_text("utf-8")):
+        print(f"{given.name} takes no words; got {' '.join(lone)}", file=sys.stderr)
         return 2
     options = Options(quick=given.quick, out=given.out / given.name, extra=extra)
     options.out.mkdir(parents=True, exist_ok=True)

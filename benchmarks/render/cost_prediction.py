@@ -104,7 +104,7 @@ def _chosen(options: Options) -> list[str]:
     word = options.extra[0] if options.extra else ""
     if word in sets:
         return list(sets[word])
-    return options.only((*NAMES, *MORE, *STRANGE, *UNSEEN, *FRESH, *FOREIGN)) if word == "--only" else list(NAMES)
+    return options.only((*NAMES, *MORE, *STRANGE, *UNSEEN, *FRESH, *FOREIGN)) if word else list(NAMES)
 
 
 def _scene(name: str, size: tuple[int, int]) -> Scene:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from benchmarks import Options
 from benchmarks.render.features.compare import render
+from spectral_core.errors import UnknownNameError
 from spectral_core.spectra.color import luminance_from_linear_rgb
 
 NOISE_OF_MEANS = 0.1
@@ -28,13 +29,17 @@ def run(options: Options) -> dict[str, Any]:
     import blender_addon
 
     blender_addon.register_once()
-    wanted = options.extra or [*LIGHTS, *MATERIALS]
+    known = LIGHTS | MATERIALS
+    wanted = options.extra or list(known)
+    for name in wanted:
+        if name not in known:
+            raise UnknownNameError.among("scene", name, known)
     figures: dict[str, Any] = {}
     print(f"{'scene':28} {'Cycles':>9} {'ours':>9} {'difference':>11} {'pixel error':>12} {'noise':>7}")
     for name in wanted:
         is_light = name in LIGHTS
         empty_scene(samples=16 if options.quick else 256 if is_light else 1024, size=24 if is_light else 64)
-        (LIGHTS if is_light else MATERIALS)[name]()
+        known[name]()
         figures[name] = row = _compare()
         print(
             f"{name:28} {row['cycles']:9.5f} {row['ours']:9.5f} {row['relative_difference']:+10.2%} "

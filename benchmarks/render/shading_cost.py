@@ -22,6 +22,7 @@ from benchmarks import Options
 from benchmarks.render.cases.meshes import at, sphere, square
 from benchmarks.render.render_start import graphs
 from benchmarks.viewport.cases.latency_counts import counted
+from spectral_core.errors import UnknownNameError
 from spectral_core.render.job import RenderJob
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
@@ -57,7 +58,10 @@ MITSUBA = "constant, in Mitsuba"
 def run(options: Options) -> dict[str, Any]:
     """Print counts, times and ratios, and return them."""
     figures: dict[str, Any] = {"holds": {}}
-    for part in [word for word in options.extra if word in PARTS] or PARTS:
+    for word in options.extra:
+        if word not in PARTS:
+            raise UnknownNameError.among("part", word, PARTS)
+    for part in options.extra or PARTS:
         {"edits": _edits, "textures": _textures}[part](options, figures)
     return figures
 

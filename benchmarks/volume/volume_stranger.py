@@ -26,6 +26,7 @@ from benchmarks.volume.cases.strange_fields import fields, functions
 from benchmarks.volume.cases.volumes import Curve, colors_of
 from benchmarks.volume.checks.exact import exact_amounts
 from benchmarks.volume.volume_auto import interleaved
+from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.pilot import snr_db
@@ -49,14 +50,17 @@ OPTIONS = ("--draw", "--odd")
 def run(options: Options) -> dict[str, Any]:
     rows = []
     size, pixels = (24, 64) if options.quick else (48, 160)
-    names = list(options.extra)
-    rng, suite = None, None
+    rng, suite, names = None, None, list(options.extra)
     for option, fields_and_functions in (("--draw", drawn), ("--odd", odd)):
         if option in names:
+            rng, suite = np.random.default_rng(options.whole(option, 0)), fields_and_functions
             at = names.index(option)
-            rng, suite = np.random.default_rng(int(names[at + 1])), fields_and_functions
             del names[at : at + 2]
-    for number, volume in enumerate(suite.fields(size, rng) if suite and rng else fields(size)):
+    volumes = list(suite.fields(size, rng) if suite and rng else fields(size))
+    for name in names:
+        if name not in (known := [volume.name for volume in volumes]):
+            raise UnknownNameError.among("field", name, known)
+    for number, volume in enumerate(volumes):
         asked = list(suite.functions(volume, rng) if suite and rng else functions(volume))
         cameras = list(odd.views(volume, pixels, rng)) if suite is odd and rng else []
         if names and volume.name not in names:

@@ -229,4 +229,6 @@ def _serve(arguments: argparse.Namespace, store: Any) -> int:
             server.serve_forever()
         except KeyboardInterrupt:
             print("stopped")
+        finally:
+            live.close()
     return 0

@@ -33,12 +33,17 @@ def test_words_choose_equal_names_or_else_all_that_contain_them() -> None:
         ["render-closed-forms", "--only", "nosuch"],  # nothing ran, with status 0
         ["render-closed-forms", "--only"],
         ["viewport-latency", "nosuch"],  # all parts ran
+        ["plan-effects", "nosuch"],  # as here, and in the next two
+        ["cost-prediction", "nosuch"],
+        ["shading-cost", "nosuch"],
+        ["volume-stranger", "nosuch"],  # ended in a traceback, as the next one
+        ["render-cycles", "somewhat strange"],
     ],
 )
 def test_words_that_a_benchmark_does_not_know_are_refused(line: list[str], capsys, tmp_path) -> None:
     assert main([*line, "--out", str(tmp_path)]) == 2
     said = capsys.readouterr().err
-    assert "expected" in said or "nown:" in said
+    assert "expected" in said or "nown:" in said or "did you mean" in said
 
 
 @pytest.mark.parametrize(
@@ -52,3 +57,10 @@ def test_a_word_in_place_of_a_number_is_named(name: str, line: list[str], expect
     """It ended in a traceback."""
     with pytest.raises(SystemExit, match=expected):
         main([name, *line])
+
+
+@pytest.mark.parametrize("line", [["shading-hard", "nosuch"], ["render-noise", "nosuch"], ["setup-kill", "5"]])
+def test_words_for_a_benchmark_that_reads_none_are_refused(line: list[str], capsys) -> None:
+    """They were ignored, and the whole benchmark ran."""
+    assert main(line) == 2
+    assert f"takes no words; got {line[1]}" in capsys.readouterr().err

@@ -46,6 +46,12 @@ class LiveSweep:
         self._busy = threading.Lock()
         self._status = ""
         self._background = ThreadPoolExecutor(1)
+        self._stops = threading.Event()
+
+    def close(self) -> None:
+        """Stop a run in the background, whose table is then written; the store can be closed after that."""
+        self._stops.set()
+        self._background.shutdown()
 
     @property
     def actions(self) -> dict[str, Action]:
@@ -69,10 +75,10 @@ class LiveSweep:
 
     def refine(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """Twice as many points in the sweep's region."""
-        project = self.store.project
-        finer = replace(project.design, budget=2 * project.design.budget)
-        answer = self._add(project.region, finer.budget)
-        project.design = finer
+        budget = 2 * self.store.project.design.budget
+        answer = self._add(self.store.project.region, budget)
+        project = self.store.project  # another request may have read it again meanwhile
+        project.design = replace(project.design, budget=budget)
         self.store.save_project()
         return answer
 
@@ -101,7 +107,9 @@ class LiveSweep:
 
         def work() -> None:
             try:
-                report = run_sweep(self.store, node, workers=self.workers, on_progress=self._note)
+                report = run_sweep(
+                    self.store, node, workers=self.workers, on_progress=self._note, should_stop=self._stops.is_set
+                )
                 self._status = f"{report.computed} computed, {len(report.failures)} set aside; reload to see them"
             except Exception as error:
                 self._status = f"the run failed: {error}"
