@@ -59,24 +59,39 @@ def _names(shape: DialShape, dial: PropertyGroup) -> list[str]:
 def labels_of(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list[Label]:
     """Name and share of each bulb, beyond it as seen from the middle; of texts that overlap that of the larger share.
 
-    Beside more than a few bulbs, a text that would lie over another bulb is left out, too.
+    Few texts are centered at their bulbs where all of them have room, else they lead outward as many do. Beside many
+    bulbs a text that would lie over another bulb is left out, too.
     """
+    names, is_crowded = _names(shape, dial), len(shares) > MOST_FULL_NAMES
+    texts = [
+        f"{name}  {100 * share:.0f} %" if bulb.is_on else f"{name}  off"
+        for name, share, bulb in zip(names, shares, dial.bulbs, strict=True)
+    ]
+    widest = [f"{name}  100 %" for name in names]  # so that no text changes its place while the dial is turned
+    is_centered = not is_crowded and all(text for text, _, _ in _placed(shape, dial, shares, widest, outward=False))
+    return _placed(shape, dial, shares, texts, outward=not is_centered, beside_bulbs=is_crowded)
+
+
+def _placed(
+    shape: DialShape, dial: PropertyGroup, shares: np.ndarray, texts: Sequence[str], *, outward: bool,
+    beside_bulbs: bool = False,
+) -> list[Label]:  # fmt: skip
+    """Texts at their bulbs, centered or leading ``outward``, without those whose plates overlap others."""
     import blf
 
-    found, scale, is_crowded = [], shape.scale, len(shares) > MOST_FULL_NAMES
-    boxes = []
+    found: list[Label] = []
+    boxes, scale, pad = [], shape.scale, PAD * shape.scale
     spots = [shape.pixels(tuple(bulb.place)) for bulb in dial.bulbs]
     blf.size(FONT, LABEL_POINTS * scale)
-    for bulb, name, share, at in zip(dial.bulbs, _names(shape, dial), shares, spots, strict=True):
-        text = f"{name}  {100 * share:.0f} %" if bulb.is_on else f"{name}  off"
+    for text, at in zip(texts, spots, strict=True):
         width, height = blf.dimensions(FONT, text)
         above = 1.0 if at[1] >= shape.y - 1e-6 else -1.0
-        start = shape.label_start(at[0], width) if is_crowded else at[0] - width / 2
+        start = shape.label_start(at[0], width) if outward else at[0] - width / 2
         start = min(start, shape.end - BORDER * scale - width)  # the sidebar, or the end of the editor
         start = max(start, shape.left + BORDER * scale)  # the tools, or the end of the editor
         found.append((text, float(start), float(at[1] + above * LABEL_ROOM * scale - height / 2)))
-        boxes.append((*found[-1][1:], width, height))
+        boxes.append((found[-1][1] - pad, found[-1][2] - pad, width + 2 * pad, height + 2 * pad))  # the plate
     radius = BULB_RADIUS * scale
-    bulbs = [(x - radius, y - radius, 2 * radius, 2 * radius) for x, y in spots] if is_crowded else []
+    bulbs = [(x - radius, y - radius, 2 * radius, 2 * radius) for x, y in spots] if beside_bulbs else []
     kept = without_overlaps(boxes, strongest_first(shares), bulbs)
     return [label if number in kept else ("", *label[1:]) for number, label in enumerate(found)]

@@ -17,8 +17,11 @@ LARGEST_HALF = 65504.0
 WARNING = (1.0, 0.34, 0.05, 1.0)
 """Shown as the orange (1, 0.62, 0.25): what a render engine draws is encoded for the screen afterward, texts once and
 triangles twice."""
-PLATE = (0.0, 0.0, 0.0, 0.85)
-"""Black, because even a dark gray would be shown as a light one, on which texts are hard to read."""
+PLATE = (0.0, 0.0, 0.0, 1.0)
+"""Black and opaque: even a dark gray, or a seventh of a bright picture, would be shown as a light gray, on which texts
+are hard to read.
+"""
+NAME = (1.0, 1.0, 1.0, 1.0)
 
 
 class Canvas:
@@ -102,7 +105,7 @@ def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float,
         low, high, left, right = base - 6 * scale, base + 14 * scale, start - pad, start + width + pad
         corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
         draw_triangles(np.array(corners, np.float32), PLATE)
-        write(name, start, base, (1.0, 1.0, 1.0, 0.95))
+        write(name, start, base, NAME)
 
 
 def name_spots(

@@ -8,6 +8,8 @@ from .. import jobs
 from ..properties.render import ENGINE
 from .parts import BUTTON_PIXELS, PANEL_PIXELS, names_in, width_of, wrapped
 
+HIDDEN = "Rendered mode shows the light: press the right ball at the top."
+
 
 class SPECTRAL_PT_look(bpy.types.Panel):
     """Look at the scene under one light or two, in Rendered viewports and in renders"""
@@ -33,6 +35,10 @@ class SPECTRAL_PT_look(bpy.types.Panel):
             layout.label(text="Right")
             draw_look(layout, context, settings.other, "other")
             layout.prop(settings, "divider", slider=True)
+        if _is_hidden(context, settings):
+            hint = layout.column()
+            hint.active = False
+            wrapped(hint, context, HIDDEN, icon="INFO")
         layout.separator()
         column = layout.column()
         column.use_property_split = True
@@ -46,6 +52,12 @@ class SPECTRAL_PT_look(bpy.types.Panel):
             told = column.column()
             told.alert = True
             wrapped(told, context, settings.preview_message, icon="ERROR")
+
+
+def _is_hidden(context: Context, settings: PropertyGroup) -> bool:
+    """True if a light was chosen, and the mode of this 3D view does not show it."""
+    is_chosen = settings.is_split or settings.look.kind != "SCENE"
+    return is_chosen and context.space_data.type == "VIEW_3D" and context.space_data.shading.type != "RENDERED"
 
 
 def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str) -> None:

@@ -28,6 +28,8 @@ ASKED = ("target", "use_box", "box_low", "box_high", "weight", "exact", "mode")
 """The target of a cell without the cells that it refers to; copied together, the mode last."""
 NO_ERROR = -1.0
 VISIBLE_DELTA_E = 3.0
+LEAST_DELTA_E = 0.005
+"""Smaller ones are shown as less than 0.01, in the cell and in the status above the table alike."""
 WEIGHT_LIMIT = 1000.0
 """Solvers become inaccurate from ratios of 1e4 on. For a larger weight, make the cell exact."""
 
@@ -115,7 +117,7 @@ class SpectralPaletteCell(bpy.types.PropertyGroup):
             return "–"
         if self.delta_e < 0:
             return "free" if self.mode in ("FREE", "DISTINCT") else "–"
-        return "ΔE <0.01" if self.delta_e < 0.005 else f"ΔE {self.delta_e:.{2 if self.delta_e < 1 else 1}f}"
+        return "ΔE <0.01" if self.delta_e < LEAST_DELTA_E else f"ΔE {self.delta_e:.{2 if self.delta_e < 1 else 1}f}"
 
 
 CLASSES = (SpectralPaletteReference, SpectralPaletteCell)

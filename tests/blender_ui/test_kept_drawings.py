@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from types import SimpleNamespace
 from typing import Any
 
@@ -168,6 +169,27 @@ def test_names_beside_the_dial_end_before_the_sidebar(
     assert len(shown) >= 2
     assert max(x + 7.0 * len(text) for text, x in shown) <= 300 - sidebar
     assert min(x for _, x in shown) >= 0
+
+
+def test_plates_of_few_long_names_lie_beside_each_other(blender: Any, monkeypatch: Any) -> None:
+    """The plate of one name lay over the letters of the next; turning the dial moves no text."""
+    monkeypatch.setattr("blf.dimensions", lambda _, text: (7.0 * len(text), 11.0))
+    dial_ = blender.context.scene.spectral.dial
+    dial_.bulbs.clear()
+    names = ("Fill", "Key", "Lamp", "Rim light behind the sofa", "Softbox by the window")
+    for name, angle in zip(names, np.pi / 2 - 2 * np.pi * np.arange(5) / 5, strict=True):
+        bulb = dial_.bulbs.add()
+        bulb.name, bulb.place = name, (np.cos(angle), np.sin(angle))
+    shape = dial.DialShape.in_region(1200, 900, left=60.0)
+    starts = []
+    for shares in ([0.2] * 5, [0.02, 0.04, 0.08, 0.82, 0.04]):
+        labels = dial_labels.labels_of(shape, dial_, np.array(shares))
+        assert all(text for text, _, _ in labels)
+        starts.append([x for _, x, _ in labels])
+        plates = [(x - 4, y - 4, x + 7 * len(text) + 4, y + 15) for text, x, y in labels]
+        for one, other in combinations(plates, 2):
+            assert one[2] <= other[0] or other[2] <= one[0] or one[3] <= other[1] or other[3] <= one[1]
+    assert np.abs(np.subtract(*starts)).max() <= 7.0 * 2  # a text ends at its bulb, or begins there
 
 
 @pytest.mark.parametrize("count", [3, 8])

@@ -172,3 +172,18 @@ def test_the_panel_keeps_its_lines_while_a_live_table_is_solved(blender, palette
     assert lines() == solved
     palette.live = False
     assert len(lines()) < len(solved)  # advice for a table that nobody solves would be wrong
+
+
+@pytest.mark.parametrize(("delta_e", "shown"), [(0.004, "< 0.01"), (0.006, "0.01"), (0.4, "0.40")])
+def test_status_and_cell_state_the_same_difference(blender, palette, delta_e, shown):
+    """A difference of 0.006 was 0.01 in the cell, and less than 0.01 above the table."""
+    from unittest.mock import MagicMock
+
+    from blender_addon.panels.palette import draw_palette
+
+    layout = MagicMock()
+    palette.worst_delta_e = palette.materials[0].cells[1].delta_e = delta_e
+    draw_palette(layout, blender.context)
+    told = [call.kwargs["text"] for call in layout.mock_calls if "ΔE" in str(call.kwargs.get("text", ""))]
+    assert any(text.startswith((f"ΔE {shown}", f"ΔE ≤ {shown}")) for text in told)
+    assert palette.materials[0].cells[1].error_text.replace("<", "< ") == f"ΔE {shown}"

@@ -27,6 +27,16 @@ def test_a_message_over_a_rendered_view_has_contrast_to_its_plate():
     np.testing.assert_allclose(text, (1.0, 0.62, 0.25), atol=0.01)
 
 
+def test_a_name_beside_the_divider_is_readable_over_a_white_picture():
+    """The plate let a seventh of the light through, which is a middle gray on the screen, and the noise of the view."""
+    from blender_addon.drawing.viewport import NAME, PLATE
+
+    below = PLATE[3] * np.array(PLATE[:3]) + (1 - PLATE[3]) * np.ones(3)  # light of a white picture
+    text = NAME[3] * np.array(NAME[:3]) + (1 - NAME[3]) * below
+    plate, text = display_rgb_from_linear(below), display_rgb_from_linear(text)
+    assert (luminance(text) + 0.05) / (luminance(plate) + 0.05) > 7.0
+
+
 @pytest.mark.parametrize("name", ["transfer_preset", "transfer_export", "volume_material_add", "volume_curve_add"])
 def test_a_call_without_a_volume_says_what_to_select(blender, name):
     with pytest.raises(RuntimeError, match="select a Volume object first"):

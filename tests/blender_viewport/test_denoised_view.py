@@ -57,6 +57,25 @@ def test_the_panel_says_how_the_filter_is_installed(stage, monkeypatch, is_on, m
     assert (MISSING in str(layout.mock_calls)) == bool(is_on and missing)
 
 
+@pytest.mark.parametrize("mode", ["SOLID", "MATERIAL", "RENDERED"])
+@pytest.mark.parametrize(("kind", "is_split"), [("SCENE", False), ("SCENE", True), ("LAMP", False)])
+def test_the_panel_says_which_mode_shows_a_chosen_light(stage, mode, kind, is_split):
+    """In Solid mode a pressed light changed nothing, without a word."""
+    from blender_addon.panels.viewport import HIDDEN, SPECTRAL_PT_look
+
+    settings = stage.scene.spectral.viewport
+    settings.look.kind, settings.is_split = kind, is_split
+    layout = MagicMock()
+    space = SimpleNamespace(type="VIEW_3D", shading=SimpleNamespace(type=mode))
+    here = SimpleNamespace(
+        scene=stage.scene, view_layer=bpy.context.view_layer, region=SimpleNamespace(width=10_000),
+        preferences=None, space_data=space,
+    )  # fmt: skip
+    SPECTRAL_PT_look.draw(SimpleNamespace(layout=layout), here)
+    is_chosen = kind != "SCENE" or is_split
+    assert (HIDDEN in str(layout.mock_calls)) == (is_chosen and mode != "RENDERED")
+
+
 def test_the_corner_of_a_denoised_view_says_so():
     def state(*denoised: bool) -> str:
         frames = [Frame("v", 1, Place(0, 1, 1, 1), 1, (0, 0), 8, False, 2.0, 10**8, "", True, 0, (), is_denoised=each)

@@ -172,7 +172,7 @@ def _read(path: Path, scene_hash: str) -> Any:
 def _was_read(stamp: tuple[str, int, int], scene: bpy.types.Scene, mix: Any) -> None:
     if isinstance(mix, str):
         scene.spectral.dial.message = mix
-        _uncover_blank(scene)
+        uncover(scene)  # the picture is that of another recording, or black
         redraw_dial()
         _tell(scene, mix)
         return

@@ -9,6 +9,7 @@ from bpy.types import Context, Panel, PropertyGroup, UILayout
 from ...editing.palette.bindings import faults
 from ...editing.palette.picture import RELIT
 from ...editing.palette.solve import NEEDS_BUTTON
+from ...properties.palette_cell import LEAST_DELTA_E
 from ...properties.render import ENGINE
 from ..parts import wrapped
 from .details import CONFLICTS_SHOWN, draw_cell, draw_conflict, draw_light, draw_material
@@ -126,7 +127,7 @@ def _draw_status(layout: UILayout, context: Context, palette: PropertyGroup) -> 
     row.label(text=words, icon=icon)
     facts = told.row()  # below: beside them, a narrow sidebar truncates the text
     facts.active = False
-    worst = "ΔE < 0.01" if palette.worst_delta_e < 0.01 else f"ΔE ≤ {palette.worst_delta_e:.2f}"
+    worst = "ΔE < 0.01" if palette.worst_delta_e < LEAST_DELTA_E else f"ΔE ≤ {palette.worst_delta_e:.2f}"
     took = f" · {_duration(palette.milliseconds)}" if palette.milliseconds > 0 else ""
     facts.label(text=f"{worst}{took}", icon="BLANK1")
 
