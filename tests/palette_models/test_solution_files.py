@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -51,3 +52,15 @@ def test_a_whole_file_is_read_as_it_was_written(tmp_path) -> None:
     assert (again.notes, again.engines, again.residuals) == (SOLUTION.notes, SOLUTION.engines, SOLUTION.residuals)
     np.testing.assert_array_equal(again.actual_linear_rgb, SOLUTION.actual_linear_rgb)
     np.testing.assert_array_equal(again.delta_e_2000, SOLUTION.delta_e_2000)
+
+
+def test_a_solution_that_failed_its_check_is_written(tmp_path) -> None:
+    """Its KKT residual is infinite, which ended the writer in an error of JSON."""
+    file = tmp_path / "solution.json"
+    failed = replace(SOLUTION, kkt_residual=np.inf)
+    write_solution(file, failed)
+    json.loads(file.read_text("utf-8"), parse_constant=pytest.fail)  # plain JSON has no word for infinity
+    assert read_solution(file).kkt_residual == np.inf
+    file.write_text(file.read_text("utf-8").replace('"kkt_residual": "inf"', '"kkt_residual": "endless"'), "utf-8")
+    with pytest.raises(FileFormatError, match="kkt_residual is 'endless'; expected a number"):
+        read_solution(file)

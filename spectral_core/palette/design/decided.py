@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.design.components import components
 from spectral_core.palette.design.linear_programs import ExactRows, least_miss, multipliers, nearest_point
 from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended, on_bounds, worst_miss
 from spectral_core.palette.qp.answer import Answer, answer_at
@@ -58,8 +59,14 @@ class Decision:
 def decided(problem: Quadratic, answer: Answer, before: Decision | None = None) -> Decision:
     """The answer of the engine, or a better one where it failed, or where it calls a conflict that it cannot prove.
 
-    ``before``: the last decision, which is taken where it holds for this problem as well.
+    Exact rows that depend on no conflict hold beside it. ``before``: the last decision, which is taken where it holds
+    for this problem as well.
     """
+    found = _decision(problem, answer, before)
+    return replace(found, answer=_with_rows_apart(problem, found.answer)) if found.answer.infeasible else found
+
+
+def _decision(problem: Quadratic, answer: Answer, before: Decision | None) -> Decision:
     found = Decision(problem, answer)
     if answer.check.passed and not answer.infeasible:
         return found
@@ -81,6 +88,36 @@ def _again(problem: Quadratic, answer: Answer, before: Decision) -> Answer | Non
     x = problem.joined(before.answer.colors, before.answer.values)
     found = answer_at(problem, x, list(before.answer.forces), NAME)
     return found if found.check.passed else None
+
+
+def _with_rows_apart(problem: Quadratic, answer: Answer) -> Answer:
+    """A compromise with exact rows that hold in all parts of a problem that do not conflict themselves.
+
+    The compromise gives weights to all exact rows, so that those of other materials miss their colors as well.
+    """
+    if not answer.check.passed:
+        return answer
+    parts = components(problem)
+    if len(parts) < 2:
+        return answer
+    x, forces = problem.joined(answer.colors, answer.values), list(answer.forces)
+    check, engines = answer.check, answer.engines
+    for part in parts:
+        if worst_miss(part.problem, x[part.at]) <= HELD:
+            continue
+        colors, values = part.problem.split(x[part.at])
+        own = Answer(tuple(values), colors, [forces[k] for k in part.blocks], check, engines)
+        if least_miss(part.problem, own) > HELD:
+            continue
+        own = _decision(part.problem, Engine().solve(part.problem), None).answer
+        if own.infeasible or not own.check.passed:
+            continue
+        x[part.at] = part.problem.joined(own.colors, own.values)
+        for k, force in zip(part.blocks, own.forces, strict=True):
+            forces[k] = force
+        check, engines = check | own.check, tuple(dict.fromkeys((*engines, *own.engines)))
+    colors, values = problem.split(x)
+    return replace(answer, values=tuple(values), colors=colors, forces=forces, check=check, engines=engines)
 
 
 def _same_rows(problem: Quadratic, other: Quadratic) -> bool:

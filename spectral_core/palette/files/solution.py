@@ -35,7 +35,7 @@ PLAIN = tuple(
 
 
 def solution_document(solution: PaletteSolution) -> dict[str, Any]:
-    """The solution as strings, numbers, lists and tables; NaN (no request) as None."""
+    """The solution as strings, numbers, lists and tables; NaN (no request) as None, infinity as text."""
     grid = solution.problem.grid
     document: dict[str, Any] = {"format": FORMAT, "version": VERSION, "status": str(solution.status)}
     document |= {name: _plain(getattr(solution, name)) for name in PLAIN}
@@ -95,7 +95,9 @@ def _plain_entry(name: str, value: Any) -> Any:
         return tuple(require_text(f"an entry of {name}", each) for each in sequence_of(name, value))
     if name == "remedy":
         return require_text(name, value)
-    return require_whole(name, value, 0, 1 << 53) if name == "rounds" else number_of(name, value)
+    if name == "rounds":
+        return require_whole(name, value, 0, 1 << 53)
+    return number_of(name, float(value) if value in ("inf", "-inf") else value)
 
 
 def _colors(name: str, table: Any, shape: tuple[int, int]) -> NDArray[np.float64]:
@@ -132,4 +134,6 @@ def _plain(value: Any) -> Any:
         return {key: _plain(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(each) for each in value]
-    return value.item() if isinstance(value, np.generic) else value
+    value = value.item() if isinstance(value, np.generic) else value
+    # A solve that failed its check has an infinite KKT residual, for which JSON has no number.
+    return str(value) if isinstance(value, float) and np.isinf(value) else value
