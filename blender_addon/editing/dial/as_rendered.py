@@ -75,7 +75,7 @@ def _switch(scene: Scene, layer: str) -> Callable[[], None]:
     artist may edit and save meanwhile, and undo steps and files then contain SETTINGS.
     """
     number = scene.session_uid
-    own = {"settings": _state(scene), "layers": {each.name: each.use for each in scene.view_layers}, "read": layer}
+    own = {"settings": _state(scene), "layers": {each.name: each.use for each in scene.view_layers}}
     scene.spectral.render.own_settings = json.dumps(own)
     _set(scene, SETTINGS, {each.name: each.name == layer for each in scene.view_layers})
 
@@ -107,27 +107,6 @@ def _after_exchange(*_: object) -> None:
     for scene in bpy.data.scenes:
         if scene.spectral.render.own_settings and scene.library is None:
             _switch_back(scene)
-
-
-_saved: dict[int, str] = {}
-"""By session number: the view layers that are read in scenes with SETTINGS, while the file is saved without them."""
-
-
-@bpy.app.handlers.persistent
-def _before_save(*_: object) -> None:
-    """A file is saved with its own settings: a Blender without the extension could not restore them."""
-    _saved.clear()
-    for scene in bpy.data.scenes:
-        if scene.spectral.render.own_settings and scene.library is None:
-            _saved[scene.session_uid] = json.loads(scene.spectral.render.own_settings)["read"]
-            _switch_back(scene)
-
-
-@bpy.app.handlers.persistent
-def _after_save(*_: object) -> None:
-    for scene in bpy.data.scenes:
-        if scene.session_uid in _saved:
-            _switch(scene, _saved.pop(scene.session_uid))
 
 
 @contextmanager
@@ -269,25 +248,18 @@ def _start_job(name: str) -> None:
         view.render_display_type = chosen
 
 
-HANDLERS = {
-    "undo_post": _after_exchange,
-    "redo_post": _after_exchange,
-    "load_post": _after_exchange,
-    "save_pre": _before_save,
-    "save_post": _after_save,
-    "save_post_fail": _after_save,
-}
+HANDLERS = ("undo_post", "redo_post", "load_post")
 
 
 def register() -> None:
     """Start listening to undo and files."""
-    for name, handler in HANDLERS.items():
-        getattr(bpy.app.handlers, name).append(handler)
+    for name in HANDLERS:
+        getattr(bpy.app.handlers, name).append(_after_exchange)
 
 
 def unregister() -> None:
     """Stop listening, and restore the settings of scenes that are read."""
     if AsRendered._current is not None:
         AsRendered._current.leave()
-    for name, handler in HANDLERS.items():
-        getattr(bpy.app.handlers, name).remove(handler)
+    for name in HANDLERS:
+        getattr(bpy.app.handlers, name).remove(_after_exchange)
