@@ -8,18 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.march.march_input import QUADRATURES, Quadrature
 from spectral_core.volume.march.rules import RULES, Rule
 from spectral_core.volume.transfer import TransferFunction
 
+MOST_SCALE = 1e6
+"""Largest factor on the steps of a rule, which the longest step limits long before."""
+
 
 @dataclass(frozen=True)
 class Stepping:
-    """Settings of a march: rule, quadrature and the factor on the rule's steps (voxels, for `uniform`).
+    """Settings of a march: rule, quadrature and the factor on the rule's steps (voxels, for `uniform`); 0 takes the
+    shortest step that a march has.
 
-    Raises UnknownNameError for another rule or quadrature.
+    Raises UnknownNameError for another rule or quadrature, InvalidInputError for a scale out of range.
     """
 
     rule: Rule = "error"
@@ -30,6 +34,7 @@ class Stepping:
         for what, name, known in (("step rule", self.rule, RULES), ("quadrature", self.quadrature, QUADRATURES)):
             if name not in known:
                 raise UnknownNameError.among(what, str(name), known)
+        object.__setattr__(self, "scale", require_range("the scale of the steps", self.scale, 0.0, MOST_SCALE))
 
 
 @dataclass(frozen=True, eq=False)

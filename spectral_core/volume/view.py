@@ -59,8 +59,9 @@ class View:
         """
         start = frozen_array("origin", origin, (3,))
         ahead = frozen_array("target", target, (3,)) - start
-        side = np.cross(frozen_array("up", up, (3,)), ahead)
-        if not np.linalg.norm(ahead) or np.linalg.norm(side) < 1e-9 * np.linalg.norm(ahead):
+        upward = frozen_array("up", up, (3,))
+        side, lengths = np.cross(upward, ahead), np.linalg.norm(upward) * np.linalg.norm(ahead)
+        if not lengths or np.linalg.norm(side) < 1e-9 * lengths:
             raise InvalidInputError(
                 f"a view from {start.tolist()} along its own up has no horizontal direction; choose another up"
             )

@@ -8,6 +8,7 @@ import pytest
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping
 from spectral_core.volume.presets import preset
 from spectral_core.volume.view import View
 
@@ -223,3 +224,20 @@ def test_up_is_plus_z_unless_stated() -> None:
     view = View.looking((0, -5, 0), (0, 0, 0))
     np.testing.assert_allclose(view.world_from_camera[:3, 1], [0, 0, 1], atol=1e-12)
     np.testing.assert_allclose(View.looking((4, -5, 1), (0, 0, 0)).world_from_camera[2, 0], 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-3, 1e12])
+def test_up_may_have_any_length(size: float) -> None:
+    """A short one counted as parallel to the view."""
+    view = View.looking((0, 0, 5), (0, 0, 0), (0, size, 0))
+    np.testing.assert_allclose(view.world_from_camera[:3, 1], [0, 1, 0], atol=1e-12)
+    for up in ((0, 0, size), (0, 0, 0)):
+        with pytest.raises(InvalidInputError, match="choose another up"):
+            View.looking((0, 0, 5), (0, 0, 0), up)
+
+
+@pytest.mark.parametrize("scale", [-1.0, float("nan"), float("inf"), 1e7, "x"])
+def test_scales_that_no_march_has_are_refused(scale: float) -> None:
+    """They were taken as the shortest step, or the longest one, without a word."""
+    with pytest.raises(InvalidInputError, match="the scale of the steps"):
+        Stepping("uniform", "midpoint", scale)

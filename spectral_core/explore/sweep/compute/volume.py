@@ -67,7 +67,7 @@ class VolumeNode:
         settings : values of ``SETTINGS`` that hold for every point.
         size : pixels of the picture.
         """
-        from spectral_core.volume.image import Stepping
+        from spectral_core.volume.image import MOST_SCALE, Stepping
         from spectral_core.volume.presets import PRESETS
         from spectral_core.volume.samples import sample_named
 
@@ -96,7 +96,7 @@ class VolumeNode:
         for parameter in space.parameters:
             for value in parameter.choices or (parameter.value(0.0), parameter.value(1.0)):
                 chosen, _ = node._with(parameter.target, value, {**SETTINGS, **dict(node.settings)}, node._document())
-                require_range("the scale of the steps", chosen["scale"], 1e-6, 1e6)  # type: ignore[arg-type]
+                require_range("the scale of the steps", chosen["scale"], 1e-6, MOST_SCALE)  # type: ignore[arg-type]
                 Stepping(chosen["rule"], chosen["quadrature"])  # type: ignore[arg-type]
         require_set_once(
             [(f"the setting {name}", name) for name, _ in node.settings]
@@ -106,9 +106,8 @@ class VolumeNode:
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
-        from spectral_core.volume.image import combine
+        from spectral_core.volume.image import Stepping, combine
         from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
-        from spectral_core.volume.renderer import Stepping
         from spectral_core.volume.view import View
 
         settings, document = {**SETTINGS, **dict(self.settings)}, self._document()
