@@ -64,15 +64,23 @@ def _sky(reader: Reader, output: Output) -> Any:
             model, node.sun_elevation, node.sun_rotation, node.altitude, node.air_density, aerosol, node.ozone_density
         )
     share = HOSEK_SHARE if is_replaced else 1.0
-    pixels = share * _picture(atmosphere)
     angle = float(node.sun_size) if model in ("single", "multiple") and node.sun_disc else 0.0
-    if angle > 0 and _is_drawn(atmosphere, angle):
-        pixels += _disk(atmosphere, angle) * float(node.sun_intensity)
-        angle = 0.0
+    pixels, angle = drawn(atmosphere, angle, float(node.sun_intensity))
+    pixels *= share
     texture = ImageTexture("sky", pixels.astype(np.float32), "linear", "repeat")
     reader.skies[id(texture)] = (texture, atmosphere, angle, float(node.sun_intensity))
     place = reader.emit("sphere_place", _upright(reader, place_of(reader, output, "generated")))
     return reader.emit("image_color", place, settings=(False,), data=texture)
+
+
+def drawn(atmosphere: Atmosphere, angle: float, intensity: float) -> tuple[NDArray[np.float64], float]:
+    """Radiance (rows, columns, 3) of a sky, with its sun's disk where no light can stand for that; and the angle
+    (radian) of the disk, 0 if it is drawn.
+    """
+    pixels = _picture(atmosphere)
+    if angle <= 0 or not _is_drawn(atmosphere, angle):
+        return pixels, angle
+    return pixels + _disk(atmosphere, angle) * intensity, 0.0
 
 
 def _picture(atmosphere: Atmosphere) -> NDArray[np.float64]:
