@@ -84,6 +84,10 @@ def note_volume(translation: Translation, subject: str, seen: dict[str, Any]) ->
     """Name the settings of an object that have no effect on its volume; ``seen``: as ``seen_as`` gives it."""
     if seen["hidden_from"] & TO_VOLUMES:
         translation.note(subject, "its Ray Visibility has no effect on its volume, which all rays see")
+    if seen["hidden_from"] & Rays.SHADOW:
+        translation.note(
+            subject, "its volume takes light away on the way from lamps, although Shadow is off in its Ray Visibility"
+        )
     if seen["is_shadow_catcher"]:
         translation.note(subject, "it is a shadow catcher, and its volume is none")
 

@@ -21,9 +21,9 @@ from spectral_core.spectra.observer import observer
 
 Array = NDArray[np.float64]
 
-ROWS, COLUMNS = 128, 64
-"""Numbers of elevations (denser toward the horizon) and of azimuths (from the sun to its opposite) of a computed
-sky.
+ROWS, COLUMNS = 128, 48
+"""Numbers of elevations on each side of the horizon (denser toward it; as many as Cycles has) and of azimuths (from the
+sun to its opposite, denser toward the sun) of a computed sky.
 """
 
 
@@ -53,6 +53,11 @@ class Atmosphere:
         flat, turn = np.cos(self.sun_elevation), np.pi / 2 - self.sun_rotation
         return np.array([flat * np.cos(turn), flat * np.sin(turn), np.sin(self.sun_elevation)])
 
+    @property
+    def horizon(self) -> float:
+        """Elevation of the horizon (radian) that hides the sun, below 0 from a height."""
+        return max(-float(np.arccos(6371e3 / (6371e3 + max(self.altitude, 0.0)))), -1.0)
+
     def radiance(self, directions: Array) -> Array:
         """Linear sRGB (..., 3) of the sky without its sun along unit directions (..., 3)."""
         if self.model == "preetham":
@@ -64,28 +69,35 @@ class Atmosphere:
         sun = self.toward_sun
         turn = np.arctan2(directions[..., 1], directions[..., 0]) - np.arctan2(sun[1], sun[0])
         azimuth = np.abs((turn + np.pi) % (2 * np.pi) - np.pi)
-        fade = np.ones_like(elevation)
-        if self.model == "single":  # below the horizon it fades to black
-            below = directions[..., 2] < 0
-            fade = np.where(below, np.maximum(1 + directions[..., 2] * 2.5, 0.0) ** 3, 1.0)
-            elevation = np.maximum(elevation, 4e-4)
-        row = (np.sign(elevation) * np.sqrt(np.abs(elevation) / (np.pi / 2)) + 1) / 2 * (ROWS - 1)
-        return _clamped(interpolated(table, row, azimuth / np.pi * (COLUMNS - 1))) * fade[..., None]
+        height = np.sign(elevation) * np.sqrt(np.abs(elevation) / (np.pi / 2))
+        fade: Array | float = 1.0
+        if self.model == "single":
+            # Cycles reads its picture of this sky half a pixel beside the place that it computed
+            half = np.pi / (4 * ROWS)
+            azimuth = np.minimum(np.maximum(azimuth, half) + half, np.pi)
+            height = height - 0.5 / ROWS
+            below = np.sin(np.minimum(height, 0.0) ** 2 * np.pi / 2)  # the horizon fades to black below it
+            fade = (np.maximum(1 - 2.5 * below, 0.0) ** 3)[..., None]
+            row = np.clip(height * ROWS, 0, ROWS - 1)
+        else:
+            row = np.clip((height + 1) * ROWS - 0.5, 0, 2 * ROWS - 1)
+        return _clamped(interpolated(table, row, np.sqrt(azimuth / np.pi) * (COLUMNS - 1))) * fade
 
     def sun_radiance(self, angle_rad: float) -> Array:
         """Mean linear sRGB (3,) of the sun's disk of full angle ``angle_rad``, its darker limb included."""
         if self.model in ("preetham", "hosek") or (self.model == "single" and self.sun_elevation + angle_rad / 2 <= 0):
             return np.zeros(3)
-        visible = np.clip((self.sun_elevation - _horizon(self.altitude)) / angle_rad + 0.5, 0.0, 1.0)
+        visible = np.clip((self.sun_elevation - self.horizon) / angle_rad + 0.5, 0.0, 1.0)
         edges = self._edges(angle_rad)
         darkened = 0.8  # mean over the disk of 1 - 0.6 (1 - cosine)
         return _clamped((edges[0] + edges[1]) / 2) * darkened * visible
 
     def wide_sun(self, directions: Array, angle_rad: float) -> Array:
         """Linear sRGB (..., 3) of the sun's disk along unit directions (..., 3), 0 beside it."""
-        horizon = 0.0 if self.model == "single" else _horizon(self.altitude)
+        if self.model == "single" and self.sun_elevation + angle_rad / 2 <= 0:
+            return np.zeros(directions.shape)
         return _clamped(
-            sun_disk(directions, self.sun_elevation, self.toward_sun, angle_rad, horizon, self._edges(angle_rad))
+            sun_disk(directions, self.sun_elevation, self.toward_sun, angle_rad, self.horizon, self._edges(angle_rad))
         )
 
     def _edges(self, angle_rad: float) -> list[Array]:
@@ -95,30 +107,19 @@ class Atmosphere:
         return [at_sun(self, self.sun_elevation + side * angle_rad / 2) / solid_angle for side in (-1, 1)]
 
 
-def _horizon(altitude: float) -> float:
-    """Elevation of the horizon (radian), below 0 from a height in meters."""
-    return max(-float(np.arccos(6371e3 / (6371e3 + max(altitude, 0.0)))), -1.0)
-
-
 def _clamped(xyz: Array) -> Array:
     return np.asarray(np.maximum(xyz @ RGB_FROM_XYZ.T, 0.0))
 
 
 @cache
 def _table(sky: Atmosphere) -> Array:
-    """XYZ (ROWS, COLUMNS, 3) over elevation and the azimuth from the sun."""
-    place = np.linspace(-1, 1, ROWS)
-    elevation = (np.sign(place) * place**2 * np.pi / 2)[:, None]
-    azimuth = np.linspace(0, np.pi, COLUMNS)[None, :]
+    """XYZ (rows, COLUMNS, 3) over elevation, for single scattering only above the horizon, and azimuth from the sun."""
+    height = np.arange(ROWS) / ROWS if sky.model == "single" else (np.arange(2 * ROWS) + 0.5) / ROWS - 1
+    elevation = (np.sign(height) * height**2 * np.pi / 2)[:, None]
+    azimuth = (np.linspace(0, 1, COLUMNS) ** 2 * np.pi)[None, :]
     parts = (np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation) + 0 * azimuth)
     directions = np.stack(parts, axis=-1)
-    if sky.model == "multiple":
-        return _multiple(sky, directions)
-    upper = place > 0
-    table = np.zeros((ROWS, COLUMNS, 3))
-    table[upper] = _single(sky, directions[upper])
-    table[~upper] = table[upper][:1]
-    return table
+    return _single(sky, directions) if sky.model == "single" else _multiple(sky, directions)
 
 
 # --- single scattering: lengths in meters ---------------------------------------------------------------------------

@@ -74,3 +74,42 @@ def test_the_camera_can_see_another_background_than_the_light_source(build, tran
     np.testing.assert_allclose(world.color.linear_rgb * world.strength, (0.5, 0.25, 0.125))
     view = world.camera_view
     np.testing.assert_allclose(view.color.linear_rgb * view.strength, (3.5, 1.75, 0.875))
+
+
+@pytest.mark.parametrize(
+    ("model", "elevation", "altitude", "cycles"),
+    [
+        ("single", 0.02, 30_000.0, (152.67, 131.07, 115.15)),
+        ("multiple", 0.02, 30_000.0, (85.034, 78.542, 75.210)),
+        ("single", -0.1, 100.0, (4.4072, 1.8126, 0.13423)),
+    ],
+)
+def test_a_sun_that_the_horizon_cuts_gives_the_light_of_cycles(model, elevation, altitude, cycles):
+    """Light of the region of 45 by 40 degrees around a sun of 0.3 radian, that Cycles 5.0.1 renders."""
+    from blender_addon.translate.shading.sky_nodes import drawn
+    from spectral_core.scene.atmosphere import Atmosphere
+
+    pixels, left = drawn(Atmosphere(model, elevation, altitude=altitude), 0.3, 1.0)
+    assert left == 0, "the disk is in the picture, so that no light stands for it"
+    rows, columns = pixels.shape[:2]
+    solid_angle = np.cos(((np.arange(rows) + 0.5) / rows - 0.5) * np.pi) * (np.pi / rows) ** 2
+    # +Y, where a sun without rotation is, is at a quarter of the picture
+    region = (slice(rows * 48 // 128, rows * 80 // 128), slice(columns * 50 // 256, columns * 78 // 256))
+    found = (pixels * solid_angle[:, None, None])[region].sum((0, 1))
+    np.testing.assert_allclose(found, cycles, rtol=0.015)
+
+
+def test_a_small_sun_is_drawn_only_where_the_horizon_cuts_it():
+    from blender_addon.translate.shading.sky_nodes import drawn
+    from spectral_core.scene.atmosphere import Atmosphere
+
+    usual = 0.0095
+    assert drawn(Atmosphere(sun_elevation=0.3), usual, 1.0)[1] == usual
+    cut, left = drawn(Atmosphere(sun_elevation=0.0, altitude=0.0), usual, 1.0)
+    assert left == 0
+    rows = len(cut)
+    sky = Atmosphere(sun_elevation=0.0, altitude=0.0)
+    disk = cut - drawn(sky, 0.0, 1.0)[0]
+    light = disk.sum((0, 1)) * (np.pi / rows) ** 2
+    half = sky.sun_radiance(usual) * np.pi * (usual / 2) ** 2  # of the whole disk's mean; the upper half is brighter
+    assert (light[:2] > half[:2]).all() and (light[:2] < 1.5 * half[:2]).all()

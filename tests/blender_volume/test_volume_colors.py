@@ -42,6 +42,10 @@ def test_visibility_that_a_volume_does_not_follow_is_named(blender, ramp):
     assert not any("Ray Visibility" in note.message for note in translated().notes)
     thing.visible_glossy = False
     assert [note.subject for note in translated().notes if "Ray Visibility" in note.message] == [thing.name]
+    thing.visible_glossy, thing.visible_shadow = True, False
+    assert [note.message for note in translated().notes if "Ray Visibility" in note.message] == [
+        "its volume takes light away on the way from lamps, although Shadow is off in its Ray Visibility"
+    ]
 
 
 def test_weights_at_one_slope_are_stored(blender, ramp):

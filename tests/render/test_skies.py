@@ -75,3 +75,23 @@ def test_the_sun_without_air_has_the_solar_illuminance():
     sky, angle = Atmosphere("single", sun_elevation=np.pi / 2, air=0.0, aerosol=0.0, ozone=0.0), 0.0093
     luminance = sky.sun_radiance(angle) @ (0.2126, 0.7152, 0.0722) / 0.8  # without the mean darkening of the limb
     assert luminance * np.pi * (angle / 2) ** 2 == pytest.approx(133_100 / 683, rel=0.06)
+
+
+SINGLY_SCATTERED = {
+    (-0.1350, 0.8958): (1.5705, 1.2523, 0.7553),
+    (-0.0859, 2.3685): (1.5373, 1.4909, 1.0900),
+    (0.0614, 2.1230): (4.5497, 5.2809, 4.5491),
+    (0.8958, 1.3867): (0.8267, 1.2965, 2.2018),
+    (1.3867, 1.3131): (0.6770, 1.0655, 1.8458),
+}
+"""Radiance that Cycles 5.0.1 renders by elevation and azimuth from a sun at an elevation of 0.4, in linear sRGB."""
+
+
+def test_the_sky_of_single_scattering_is_cycles_below_and_above_the_horizon():
+    places = np.array(list(SINGLY_SCATTERED))
+    flat = np.cos(places[:, 0])
+    directions = np.stack(
+        [flat * np.sin(places[:, 1]), flat * np.cos(places[:, 1]), np.sin(places[:, 0])], axis=1
+    )  # a sun without rotation is toward +Y
+    found = Atmosphere("single", sun_elevation=0.4).radiance(directions)
+    np.testing.assert_allclose(found, list(SINGLY_SCATTERED.values()), rtol=0.01)

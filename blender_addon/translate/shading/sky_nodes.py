@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.scene import ImageTexture
 from spectral_core.scene.atmosphere import Atmosphere
@@ -22,6 +23,10 @@ SKY_ROWS = 512
 """Rows of the picture of a sky."""
 WIDE_SUN = 0.1
 """Angle (radian) above which the sun's disk is drawn into the sky: a light is evenly bright."""
+MIDDLE_SUN, LOW = 0.02, 0.1
+"""Angle above which a disk is drawn if its lower edge is lower than ``LOW``, where its color changes across it."""
+PARTS = 4
+"""Directions across a pixel, and up in it, of the sun's disk; twice as many up at the horizon."""
 HOSEK_SHARE = 0.19
 """Brightness of Cycles' sky of Hosek and Wilkie relative to Preetham's, which replaces it without its data."""
 MODELS: dict[str, Any] = {
@@ -43,8 +48,6 @@ def _environment(reader: Reader, output: Output) -> Any:
 
 @evaluator("TEX_SKY")
 def _sky(reader: Reader, output: Output) -> Any:
-    from ..lighting.backgrounds import directions_of
-
     node = output.node
     model = MODELS.get(node.sky_type, "multiple")
     is_replaced = model == "hosek" and not has_hosek()
@@ -61,16 +64,65 @@ def _sky(reader: Reader, output: Output) -> Any:
             model, node.sun_elevation, node.sun_rotation, node.altitude, node.air_density, aerosol, node.ozone_density
         )
     share = HOSEK_SHARE if is_replaced else 1.0
-    directions = directions_of(SKY_ROWS)
-    pixels = (share * atmosphere.radiance(directions)).astype(np.float32)
     angle = float(node.sun_size) if model in ("single", "multiple") and node.sun_disc else 0.0
-    if angle > WIDE_SUN:
-        pixels += (atmosphere.wide_sun(directions, angle) * float(node.sun_intensity)).astype(np.float32)
-        angle = 0.0
-    texture = ImageTexture("sky", pixels, "linear", "repeat")
+    pixels, angle = drawn(atmosphere, angle, float(node.sun_intensity))
+    pixels *= share
+    texture = ImageTexture("sky", pixels.astype(np.float32), "linear", "repeat")
     reader.skies[id(texture)] = (texture, atmosphere, angle, float(node.sun_intensity))
     place = reader.emit("sphere_place", _upright(reader, place_of(reader, output, "generated")))
     return reader.emit("image_color", place, settings=(False,), data=texture)
+
+
+def drawn(atmosphere: Atmosphere, angle: float, intensity: float) -> tuple[NDArray[np.float64], float]:
+    """Radiance (rows, columns, 3) of a sky, with its sun's disk where no light can stand for that; and the angle
+    (radian) of the disk, 0 if it is drawn.
+    """
+    pixels = _picture(atmosphere)
+    if angle <= 0 or not _is_drawn(atmosphere, angle):
+        return pixels, angle
+    return pixels + _disk(atmosphere, angle) * intensity, 0.0
+
+
+def _picture(atmosphere: Atmosphere) -> NDArray[np.float64]:
+    """Radiance (rows, columns, 3) of a sky; at the horizon, where it has a step, the mean over each pixel."""
+    pixels = atmosphere.radiance(_directions(np.arange(SKY_ROWS)))
+    steps = np.array([0.0, atmosphere.horizon])
+    # the mean of a row keeps the light of a bright edge that is narrower than the row
+    rows = np.unique(_row_of(steps)[:, None] + [-1, 0, 1])
+    places = (np.arange(2 * PARTS) + 0.5) / (2 * PARTS) - 0.5
+    pixels[rows] = np.mean([atmosphere.radiance(_directions(rows + place)) for place in places], axis=0)
+    return pixels
+
+
+def _disk(atmosphere: Atmosphere, angle: float) -> NDArray[np.float64]:
+    """Mean radiance (rows, columns, 3) of the sun's disk of an angle (radian) over each pixel, 0 beside it."""
+    pixels = np.zeros((SKY_ROWS, 2 * SKY_ROWS, 3))
+    low, high = _row_of(atmosphere.sun_elevation + np.array([-angle, angle]) / 2)
+    rows = np.arange(low - 1, high + 2)
+    parts = PARTS if angle < 0.5 else 1
+    across, up = ((np.arange(count) + 0.5) / count - 0.5 for count in (parts, 2 * parts))
+    found = [atmosphere.wide_sun(_directions(rows + y, x), angle) for x in across for y in up]
+    pixels[rows] = np.mean(found, axis=0)
+    return pixels
+
+
+def _directions(rows: NDArray[Any], shift: float = 0.0) -> NDArray[np.float64]:
+    """Unit directions (rows, columns, 3) of places of a sky's picture; ``shift``: of all columns."""
+    from ..lighting.backgrounds import direction_at
+
+    columns, heights = np.meshgrid(np.arange(2 * SKY_ROWS) + shift, rows)
+    return direction_at(columns, heights, SKY_ROWS)
+
+
+def _row_of(elevation: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Rows of a sky's picture at elevations (radian)."""
+    return np.clip((elevation / np.pi + 0.5) * SKY_ROWS, 1, SKY_ROWS - 2).astype(np.int64)
+
+
+def _is_drawn(atmosphere: Atmosphere, angle: float) -> bool:
+    """True if a light, which is evenly bright and a full disk, cannot stand for the sun's disk of an angle."""
+    lower_edge = atmosphere.sun_elevation - angle / 2
+    return angle > WIDE_SUN or lower_edge < (LOW if angle > MIDDLE_SUN else atmosphere.horizon)
 
 
 def _upright(reader: Reader, vector: Any) -> Any:
