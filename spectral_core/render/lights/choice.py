@@ -42,6 +42,16 @@ class Receiver:
     """Bits of the linked lights that do not illuminate it; None without linking."""
 
 
+def receiver_of(path: Any, tables: Any) -> Receiver:
+    """The place that a ray comes from."""
+    import drjit as dr
+
+    floats = None if tables.media is None else dr.squared_norm(path.before.n) == 0.0
+    lit = type(path.before_both)(True) if floats is None else ~floats
+    rules = {"kinds": path.before_kinds, "unlit": tables.unlit_by(path.before_shape, lit)}
+    return Receiver(path.before.p, path.before.n, path.before_both, floats, **rules)
+
+
 @dataclass
 class Chosen:
     """An item and its probability, 0 if no item can illuminate the receiver. With a ``stretch``: its ``center`` and
@@ -58,9 +68,12 @@ class Chosen:
 class Choice:
     """Draws one of ``count`` items; with one item there is nothing to draw."""
 
-    def __init__(self, mitsuba: Any, hierarchy: Hierarchy, rules: Any = None, usual: Any = None) -> None:
+    def __init__(
+        self, mitsuba: Any, hierarchy: Hierarchy, rules: Any = None, usual: Any = None, *, has_axes: bool = False
+    ) -> None:
         """``rules``: (items, 2) types of rays that an item does not illuminate, and its bit among linked lights.
         ``usual``: center and radius (4,) whose distance far items get, None if distance does not change their weight.
+        ``has_axes``: True if a later edit may direct the light of an item.
         """
         import drjit
 
@@ -74,7 +87,7 @@ class Choice:
         self._has_far = bool(np.any(rows.radii < 0))
         # numbers that kernels read: a lamp that moves needs no new kernel
         self._usual = None if usual is None else [drjit.opaque(mi.Float, float(number)) for number in usual]
-        self._has_axes = bool(np.any(rows.axes != 0))
+        self._has_axes = has_axes or bool(np.any(rows.axes != 0))
         if self._has_axes:
             # the sign of the smallest share encodes a light with two sides
             least = np.where(rows.two_sided, -1.0 - rows.least, rows.least)

@@ -89,7 +89,7 @@ def build(near: Rows, far: Rows) -> Hierarchy:
         firsts.append(start + starts)
         counts.append(sizes)
         start += len(below)
-        below = _clusters(below, starts, sizes)
+        below = clusters(below, starts, sizes)
         parts.append(below)
     parents.append(np.full(len(below) + len(far), -1, np.intp))
     clusters = sum(len(part) for part in parts) - count
@@ -140,7 +140,7 @@ def _order(centers: Array, branches: int, levels: int) -> NDArray[np.intp]:
         units = np.concatenate([units, units])
 
 
-def _clusters(below: Rows, starts: NDArray[np.intp], sizes: NDArray[np.intp]) -> Rows:
+def clusters(below: Rows, starts: NDArray[np.intp], sizes: NDArray[np.intp]) -> Rows:
     """One row per run of rows: center weighted by strength, extent, and mean direction of emission."""
     add = lambda values: np.add.reduceat(values, starts, axis=0)  # noqa: E731
     strengths = add(below.strengths)

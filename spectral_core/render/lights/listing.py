@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lights.hierarchy import Rows
 from spectral_core.scene import Photometry
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Spectrum
@@ -138,6 +139,8 @@ class LightList:
     panels: list[Panel] = field(default_factory=list)
     suns: list[Sun] = field(default_factory=list)
     emissive: list[EmissiveMesh] = field(default_factory=list)
+    whole: list[tuple[int, Rows]] = field(default_factory=list)
+    """Emissive meshes that are one item each: the source, and its row for a brightness of 1."""
     world: tuple[int, float] | None = None
     """The environment: its source, and its irradiance without occlusion."""
     world_is_constant: bool = False
@@ -146,6 +149,8 @@ class LightList:
     """True if every source is drawn as if all were equally bright, near or far. Recordings need it: their lights are
     mixed later, so sampling must neither depend on the brightness of a light nor neglect one.
     """
+    only_weighs: bool = False
+    """True if Mitsuba's emitters give the light, and the list only the weights of their choice."""
     gains: Array = field(default_factory=lambda: np.ones(0))
     changes: int = 0
     """Number of switches so far: tables are read again after each. A callback would keep the scene in memory."""

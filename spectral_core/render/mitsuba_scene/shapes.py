@@ -148,6 +148,10 @@ class Shapes:
         if name in context.dyed:
             context.dyed[name].shapes.append(shape)
 
+    def material_name(self, instance: Instance, index: int) -> str:
+        """Name of the material of a part of an instance."""
+        return self._material(instance, index).name
+
     def _material(self, instance: Instance, index: int) -> Material:
         if not instance.materials:
             return PLAIN

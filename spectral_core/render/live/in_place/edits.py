@@ -43,6 +43,8 @@ class Edit:
 
     def finish(self) -> None:
         """Update the search trees if anything has moved."""
+        if self._loaded.scene.chosen is not None:
+            self._loaded.scene.chosen.weigh(self._new)
         if self._rows_changed:
             self._parts.context.tables.rebuild()
         if self._vertices_changed:
