@@ -92,15 +92,15 @@ def build(near: Rows, far: Rows) -> Hierarchy:
         below = clusters(below, starts, sizes)
         parts.append(below)
     parents.append(np.full(len(below) + len(far), -1, np.intp))
-    clusters = sum(len(part) for part in parts) - count
+    extra = sum(len(part) for part in parts) - count
     parts.append(far)
     firsts.append(np.zeros(len(far), np.intp))
     counts.append(np.zeros(len(far), np.intp))
     far_items = count + np.arange(len(far))
     row_of_item = np.empty(count + len(far), np.intp)
     row_of_item[order] = np.arange(count)
-    row_of_item[count:] = count + clusters + np.arange(len(far))
-    item_of_row = np.concatenate([order, np.full(clusters, -1, np.intp), far_items])
+    row_of_item[count:] = count + extra + np.arange(len(far))
+    item_of_row = np.concatenate([order, np.full(extra, -1, np.intp), far_items])
     return Hierarchy(
         Rows.joined(parts),
         row_of_item,

@@ -41,7 +41,6 @@ def near_rows(lights: LightList) -> Rows:
     parts = [_ball(ball, bright[ball.source]) for ball in lights.balls]
     parts += [_panel(panel, bright[panel.source] / (panel.area if lights.even else 1.0)) for panel in lights.panels]
     parts += [_emissive(mesh, bright[mesh.source], even=lights.even) for mesh in lights.emissive]
-    parts += [replace(rows, strengths=rows.strengths * bright[source]) for source, rows in lights.whole]
     return Rows.joined(parts) if parts else _rows([], [], [])
 
 
@@ -56,11 +55,22 @@ def far_rows(lights: LightList) -> Rows:
     if lights.world is not None:
         centers.append(np.zeros(3))
         radii.append(FAR_WORLD)
-        others = lights.balls or lights.panels or lights.emissive or lights.whole or lights.suns
-        # a constant environment is hit by every direction that a surface draws: sampling it separately gains nothing
-        passed_over = lights.world_is_constant and bool(others) and not lights.even
-        strengths.append(1.0 if lights.even else 0.0 if passed_over else lights.world[1])
+        others = lights.balls or lights.panels or lights.emissive or lights.suns
+        strength = world_strength(lights.world[1], constant=lights.world_is_constant, alone=not others)
+        strengths.append(1.0 if lights.even else strength)
     return _rows(centers, radii, strengths)
+
+
+def world_strength(irradiance: float, *, constant: bool, alone: bool) -> float:
+    """Strength of the environment: a constant one is hit by every direction that a surface draws, so that sampling it
+    separately gains nothing beside other lights.
+    """
+    return irradiance if alone or not constant else 0.0
+
+
+def far_row(irradiance: float) -> Rows:
+    """The row of an environment."""
+    return _rows([np.zeros(3)], [FAR_WORLD], [irradiance])
 
 
 def usual_lamp(lights: LightList) -> NDArray[np.float64] | None:

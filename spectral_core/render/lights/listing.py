@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.lights.hierarchy import Rows
 from spectral_core.scene import Photometry
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Spectrum
@@ -139,8 +138,6 @@ class LightList:
     panels: list[Panel] = field(default_factory=list)
     suns: list[Sun] = field(default_factory=list)
     emissive: list[EmissiveMesh] = field(default_factory=list)
-    whole: list[tuple[int, Rows]] = field(default_factory=list)
-    """Emissive meshes that are one item each: the source, and its row for a brightness of 1."""
     world: tuple[int, float] | None = None
     """The environment: its source, and its irradiance without occlusion."""
     world_is_constant: bool = False

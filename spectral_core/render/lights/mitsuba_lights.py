@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -16,6 +17,7 @@ from spectral_core.render.lights.hierarchy import Hierarchy
 from spectral_core.render.lights.items import rules_by_source
 from spectral_core.render.lights.results import LightSample, Met, Rule
 from spectral_core.render.plugins.numbers import Rows, table
+from spectral_core.render.same import equal
 
 
 class MitsubaLights:
@@ -70,11 +72,11 @@ class ChosenEmitters(MitsubaLights):
     """Two or more emitters of a Mitsuba scene, chosen by the light that each sends to the receiver.
 
     ``emitters``: Mitsuba's emitters in the order of the items of ``hierarchy_of``, which returns their weights in a
-    scene; ``rules``: the scene's ``RayRules``.
+    scene; ``of``: the present scene and its ``RayRules``.
     """
 
     def __init__(
-        self, mitsuba: Any, loaded: Any, emitters: list[Any], hierarchy_of: Callable[[Any], Hierarchy], rules: Any
+        self, mitsuba: Any, loaded: Any, emitters: list[Any], hierarchy_of: Callable[[Any], Hierarchy], of: Any
     ) -> None:
         import drjit as dr
 
@@ -85,13 +87,23 @@ class ChosenEmitters(MitsubaLights):
         items = np.zeros(numbers.max() + 1, np.uint32)
         items[numbers] = np.arange(len(emitters))
         self._item_of_number = Rows.of(table(mi.UInt32, items))
+        scene, rules = of
         self._hierarchy_of = hierarchy_of
         number_of = lambda emitter: int(dr.reinterpret_array(mi.UInt32, mi.EmitterPtr(emitter))[0])  # noqa: E731
         self._rules = rules_by_source(rules, int(numbers.max()), number_of)[numbers - 1]
+        self._hierarchy: Hierarchy | None = None
+        self._weighed: tuple[Any, ...] = ()
+        self.weigh(scene)
 
     def weigh(self, scene: Any) -> None:
         """Choose by the light of the emitters in ``scene``, which has as many of them."""
-        self.choice = Choice(self._mi, self._hierarchy_of(scene), self._rules, has_axes=True)
+        parts = scene.lights, scene.materials, scene.world
+        if len(self._weighed) == 3 and all(map(operator.is_, parts, self._weighed)):
+            return
+        self._weighed, hierarchy = parts, self._hierarchy_of(scene)
+        if self._hierarchy is None or not equal(self._hierarchy, hierarchy):
+            self._hierarchy = hierarchy
+            self.choice = Choice(self._mi, hierarchy, self._rules, has_axes=True)
 
     def choose(self, to: Receiver, sampler: Any, active: Any) -> Chosen:
         """An emitter for a receiver."""

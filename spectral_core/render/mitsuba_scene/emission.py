@@ -3,32 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
-
-import numpy as np
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.scene import (
-    Color,
-    Computed,
-    Emission,
-    ImageTexture,
-    MixedPaint,
-    Paint,
-    Principled,
-    Scalar,
-    Surface,
-    Weight,
-    leaves,
-    weighted_leaves,
-)
-
-LEAST = 0.05
-"""Least mean of an emission that varies: where it is dark in the mean, it may be bright at a place."""
-SIDE = 64
-"""Pixels of an image, along each side, of which its mean is taken."""
+from spectral_core.scene import Emission, Paint, Principled, Scalar, Surface, Weight, leaves, weighted_leaves
 
 
 def weight_texture(context: Context, weight: Weight, subject: str) -> Any:
@@ -63,7 +43,7 @@ def is_dark(surface: Surface | None) -> bool:
 def emission(context: Context, surface: Surface | None, subject: str) -> Any | None:
     """Texture of the radiance that a surface emits; None if it does not emit."""
     terms = []
-    for weight, closure, emitted in _emitting(surface):
+    for weight, closure, emitted in emitting(surface):
         if isinstance(closure, Principled) and closure.sheen_weight != 0:
             weight = weight.times(sheen_clear(context, closure, subject))
         term = _emission_term(context, emitted, weight, subject)
@@ -78,46 +58,13 @@ def emission(context: Context, surface: Surface | None, subject: str) -> Any | N
     return total
 
 
-def _emitting(surface: Surface | None) -> Iterator[tuple[Weight, Any, tuple[Paint, Scalar]]]:
+def emitting(surface: Surface | None) -> Iterator[tuple[Weight, Any, tuple[Paint, Scalar]]]:
     """Closures of a surface that may emit: their weights, and the color and the strength of their emission."""
     for weight, closure in weighted_leaves(surface):
         if isinstance(closure, Emission):
             yield weight, closure, (closure.color, closure.strength)
         elif isinstance(closure, Principled):
             yield weight.times(closure.alpha), closure, (closure.emission_color, closure.emission_strength)
-
-
-def mean_emission(surface: Surface | None, brightness_of: Callable[[Paint], float]) -> float:
-    """Rough mean of a surface's radiance, which steers the choice of lights; ``brightness_of``: that of a color."""
-    total = 0.0
-    for weight, _, (color, strength) in _emitting(surface):
-        varies = bool(weight.varying) or not isinstance(strength, (int, float))
-        shares = [paint.typical_number(thinned(value)) for value, _ in weight.varying]
-        shares = [1 - s if is_complement else s for s, (_, is_complement) in zip(shares, weight.varying, strict=True)]
-        share = float(np.prod(shares)) * abs(paint.typical_number(thinned(strength)))
-        share = max(share, LEAST) if varies else share
-        total += weight.constant * share * brightness_of(color)
-    return total
-
-
-def mean_brightness(color: Paint) -> float:
-    """Rough mean magnitude of an emitted color that varies."""
-    if isinstance(color, MixedPaint):
-        return (mean_brightness(color.first) + mean_brightness(color.second)) / 2
-    if isinstance(color, ImageTexture):
-        return max(float(np.abs(paint.color_pixels(thinned(color))).mean()), LEAST)
-    if isinstance(color, Computed):
-        return max(float(np.abs(color.typical).mean()), LEAST)
-    return float(np.abs(color.linear_rgb).mean()) if isinstance(color, Color) else 1.0
-
-
-def thinned(value: Any) -> Any:
-    """An image with few of its pixels, whose mean takes no time; any other value itself."""
-    if not isinstance(value, ImageTexture):
-        return value
-    steps = (max(1, size // SIDE) for size in value.pixels.shape[:2])
-    rows, columns = (slice(step // 2, None, step) for step in steps)
-    return ImageTexture(value.name, value.pixels[rows, columns], value.color_space)
 
 
 def _emission_term(context: Context, emitted: tuple[Any, Scalar], weight: Weight, subject: str) -> Any | None:

@@ -3,20 +3,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from spectral_core.render.lights.emissive_meshes import geometry as triangle_geometry
-from spectral_core.render.lights.hierarchy import Hierarchy, Rows, build
-from spectral_core.render.lights.items import far_rows, near_rows, whole_row
 from spectral_core.render.lights.listing import Ball, Beam, EmissiveMesh, LightList, Panel, Source, Sun
-from spectral_core.render.lights.mitsuba_lights import ChosenEmitters
 from spectral_core.render.lights.varying import pattern_mean, pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.render.mitsuba_scene.emission import mean_brightness, mean_emission, thinned
 from spectral_core.render.mitsuba_scene.light import beam_axes, has_area, plain_color, spread_of
 from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.scene import (
@@ -26,7 +21,6 @@ from spectral_core.scene import (
     Light,
     PointLight,
     Principled,
-    Scene,
     SpotLight,
     SunLight,
     Surface,
@@ -50,7 +44,7 @@ def add_lamp(context: Context, lights: LightList, light: Light) -> int | None:
 
 
 def _source(context: Context, lights: LightList, light: Light, color: Color | Spectrum, strength: float) -> int:
-    emitted = emitted_by(context, color, strength)
+    emitted = weight_of(color, strength) if lights.only_weighs else emitted_by(context, color, strength)
     pattern, mean = None if lights.only_weighs else pattern_texture(context, light), pattern_mean(light)
     shown = {"camera_visible": light.camera_visible}
     source = lights.add_source(Source(emitted, light.group, **shown, pattern=pattern, pattern_mean=mean))
@@ -63,6 +57,11 @@ def emitted_by(context: Context, color: Color | Spectrum, strength: float) -> An
     if context.spectral:
         return paint.emitted_spectrum(color, context.white).scaled(strength)
     return paint.emitted_rgb(color) * strength
+
+
+def weight_of(color: Color | Spectrum, strength: float) -> Any:
+    """The same for the choice of lights alone, which needs no spectrum of a color."""
+    return color.linear_rgb * strength if isinstance(color, Color) else paint.unit_luminance(color).scaled(strength)
 
 
 def _switched(context: Context, lights: LightList, source: int, group: str) -> None:
@@ -134,7 +133,7 @@ def add_world(context: Context, lights: LightList, world: World, emitter: Any) -
     """Add the environment; its emission comes from Mitsuba's emitter."""
     _read_numbers(context, emitter)
     source = lights.add_source(Source(None, world.group, emitter, camera_visible=True))
-    lights.world = (source, np.pi * _mean_brightness(world))
+    lights.world = (source, np.pi * mean_radiance(world))
     lights.world_is_constant = isinstance(world.color, (Color, Spectrum))
     return source
 
@@ -151,7 +150,7 @@ def _read_numbers(context: Context, emitter: Any) -> None:
     parameters.update()
 
 
-def _mean_brightness(world: World) -> float:
+def mean_radiance(world: World) -> float:
     """Mean magnitude of the radiance over all directions and channels."""
     if isinstance(world.color, ImageTexture):
         pixels = np.abs(paint.color_pixels(world.color)).mean(axis=2)
@@ -222,67 +221,3 @@ def _emission_by_triangle(context: Context, emitter: Any, shape: Any, corners: A
         total /= float(np.mean(paint.white_light().at(np.array([450.0, 530.0, 590.0, 640.0]))))
     # parts that the three points miss still get a share
     return np.maximum(total, 0.1 * total.mean()) + 1e-12
-
-
-class Weights:
-    """Weights of Mitsuba's emitters in a scene that is edited: of the lamps that ``lit`` names, of the meshes that
-    ``glowing`` lists (material, and row for a brightness of 1), of the world.
-    """
-
-    def __init__(self, context: Context, lit: frozenset[str], glowing: list[tuple[str, Rows]], world: Any) -> None:
-        self._context, self._lit, self._glowing, self._world = context, lit, glowing, world
-
-    def of(self, scene: Scene) -> LightList:
-        """The lights as rows, a mesh as one item."""
-        context, lights = self._context, LightList(only_weighs=True)
-        for lamp in scene.lights:
-            if lamp.name in self._lit:
-                add_lamp(context, lights, lamp)
-        surfaces = {item.name: item.surface for item in scene.materials}
-        for name, row in self._glowing:
-            mean = mean_emission(surfaces[name], self._brightness)
-            lights.whole.append((lights.add_source(Source(np.full(3, mean), "")), row))
-        if self._world is not None:
-            color = thinned(scene.world.color)
-            lights.world = (lights.add_source(Source(None, "")), np.pi * _mean_brightness(replace(scene.world, color=color)))
-            lights.world_is_constant = self._world.class_name() == "ConstantBackgroundEmitter"
-        return lights
-
-    def hierarchy(self, scene: Scene) -> Hierarchy:
-        """Weights in the order of the emitters."""
-        lights = self.of(scene)
-        return build(near_rows(lights), far_rows(lights))
-
-    def _brightness(self, color: Any) -> float:
-        if isinstance(color, (Color, Spectrum)):
-            return Source(emitted_by(self._context, color, 1.0), "").brightness
-        return mean_brightness(color)
-
-
-def chosen_emitters(context: Context, loaded: Any, scene: Scene, parts: Any, rules: Any) -> ChosenEmitters | None:
-    """Mitsuba's emitters of a loaded scene (its ``SceneParts`` and ``RayRules``), chosen by their light; None for one
-    emitter or none.
-    """
-    lamps = {name: made[0].emitter for name, made in parts.lights.items() if made}
-    placed = parts.shapes.geometry.placed
-    glowing = [
-        (parts.shapes.material_name(scene.instances[number], index), part, shape.emitter())
-        for number, shapes in placed.items()
-        for index, part, shape in shapes
-        if shape.emitter() is not None
-    ]
-    rows = [(name, whole_row(part.positions[part.triangles].astype(np.float64))) for name, part, _ in glowing]
-    weights = Weights(context, frozenset(lamps), rows, parts.world)
-    lights = weights.of(scene)
-    names = [lamp.name for lamp in scene.lights if lamp.name in lamps]
-    of_source = [*(lamps[name] for name in names), *(emitter for _, _, emitter in glowing)]
-    if parts.world is not None:
-        of_source.append(parts.world)
-    if len(of_source) < 2 or len(of_source) != len(lights.sources):
-        return None
-    order = [item.source for item in (*lights.balls, *lights.panels)] + [source for source, _ in lights.whole]
-    order += [sun.source for sun in lights.suns] + ([] if lights.world is None else [lights.world[0]])
-    emitters = [of_source[source] for source in order]
-    found = ChosenEmitters(context.mitsuba, loaded, emitters, weights.hierarchy, rules)
-    found.weigh(scene)
-    return found
