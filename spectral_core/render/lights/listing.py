@@ -139,7 +139,7 @@ class LightList:
     suns: list[Sun] = field(default_factory=list)
     emissive: list[EmissiveMesh] = field(default_factory=list)
     world: tuple[int, float] | None = None
-    """The environment: its source, and its irradiance without occlusion."""
+    """The environment: its source, and the irradiance by which it is chosen."""
     world_is_constant: bool = False
     """True if the environment is equally bright in every direction."""
     even: bool = False

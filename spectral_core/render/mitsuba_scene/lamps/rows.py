@@ -30,6 +30,9 @@ from spectral_core.scene import (
 from spectral_core.scene.paint import ImageTexture
 from spectral_core.spectra.spectrum import Spectrum
 
+ROWS = 32
+"""Rows of the coarse picture of an environment from which its irradiance is computed."""
+
 
 def add_lamp(context: Context, lights: LightList, light: Light) -> int | None:
     """Add a lamp; returns its source, None if it emits nothing."""
@@ -133,7 +136,7 @@ def add_world(context: Context, lights: LightList, world: World, emitter: Any) -
     """Add the environment; its emission comes from Mitsuba's emitter."""
     _read_numbers(context, emitter)
     source = lights.add_source(Source(None, world.group, emitter, camera_visible=True))
-    lights.world = (source, np.pi * mean_radiance(world))
+    lights.world = (source, abs(world.strength) * world_weight(world.color))
     lights.world_is_constant = isinstance(world.color, (Color, Spectrum))
     return source
 
@@ -150,15 +153,31 @@ def _read_numbers(context: Context, emitter: Any) -> None:
     parameters.update()
 
 
-def mean_radiance(world: World) -> float:
-    """Mean magnitude of the radiance over all directions and channels."""
-    if isinstance(world.color, ImageTexture):
-        pixels = np.abs(paint.color_pixels(world.color)).mean(axis=2)
-        rows = np.cos((np.arange(len(pixels)) + 0.5) / len(pixels) * np.pi - np.pi / 2)
-        return float(world.strength * (pixels.mean(axis=1) @ rows) / rows.sum())
-    if isinstance(world.color, Color):
-        return float(world.strength * np.mean(np.abs(world.color.linear_rgb)))
-    return float(world.strength)
+def world_weight(color: Any) -> float:
+    """Irradiance by which an environment of strength 1 is chosen: the root of the mean square of what its samples give
+    to a plane, for the plane where it is largest.
+    """
+    if isinstance(color, ImageTexture):
+        return _weight_of_picture(np.abs(paint.color_pixels(color)).mean(axis=2))
+    return float(np.pi * np.mean(np.abs(color.linear_rgb))) if isinstance(color, Color) else np.pi
+
+
+def _weight_of_picture(radiance: Any) -> float:
+    """The same for a picture of the environment (rows from below, columns around the vertical), by a coarse one."""
+    repeats = [-(-least // size) for least, size in zip((ROWS, 2 * ROWS), radiance.shape, strict=True)]
+    if max(repeats) > 1:
+        radiance = np.repeat(np.repeat(radiance, repeats[0], axis=0), repeats[1], axis=1)
+    height, width = radiance.shape
+    rows, columns = np.arange(ROWS) * height // ROWS, np.arange(2 * ROWS) * width // (2 * ROWS)
+    # the light of a cell: its radiance times its solid angle
+    heights = np.diff(np.sin(np.pi * (np.arange(height + 1) / height - 0.5)))
+    light = np.add.reduceat(np.add.reduceat(radiance, columns, axis=1) * heights[:, None], rows, axis=0)
+    light = light.ravel() * (2 * np.pi / width)
+    up, around = np.meshgrid(np.pi * ((np.arange(ROWS) + 0.5) / ROWS - 0.5), np.pi * np.arange(2 * ROWS) / ROWS)
+    toward = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=-1)
+    normals = toward[::4, ::4].reshape(-1, 3)
+    cosines = np.maximum(normals @ toward.transpose(1, 0, 2).reshape(-1, 3).T, 0.0)
+    return float(np.sqrt((cosines**2 @ light).max() * light.sum()))
 
 
 def emitted_evenly(surface: Surface | None) -> tuple[Color | Spectrum, float] | None:

@@ -16,9 +16,9 @@ from spectral_core.render.lights.mitsuba_lights import ChosenEmitters
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.emission import emitting
-from spectral_core.render.mitsuba_scene.lamps.rows import add_lamp, mean_radiance, weight_of
+from spectral_core.render.mitsuba_scene.lamps.rows import add_lamp, weight_of, world_weight
 from spectral_core.render.same import equal
-from spectral_core.scene import Color, Computed, ImageTexture, Light, MixedPaint, Paint, Scene, SunLight, Surface, World
+from spectral_core.scene import Color, Computed, ImageTexture, Light, MixedPaint, Paint, Scene, SunLight, Surface
 from spectral_core.spectra.spectrum import Spectrum
 
 LEAST = 0.05
@@ -48,7 +48,9 @@ class Weights:
             bright = self._of("material", name, surfaces[name], lambda it: mean_emission(it, self._brightness))
             near.append(replace(row, strengths=row.strengths * bright))
         if self._world is not None:
-            far.append(far_row(self._of("world", "", scene.world, self._irradiance)))
+            irradiance = abs(scene.world.strength) * self._of("world", "", scene.world.color, world_weight)
+            is_constant = self._world.class_name() == "ConstantBackgroundEmitter"
+            far.append(far_row(world_strength(irradiance, constant=is_constant, alone=False)))
         return build(_joined(near), _joined(far))
 
     def _of(self, kind: str, name: str, item: Any, make: Callable[[Any], Any]) -> Any:
@@ -68,11 +70,6 @@ class Weights:
 
         made: Rows = self._of("lamp", lamp.name, lamp, make)
         return made
-
-    def _irradiance(self, world: World) -> float:
-        is_constant = self._world.class_name() == "ConstantBackgroundEmitter"
-        mean = mean_radiance(replace(world, color=thinned(world.color)))
-        return world_strength(np.pi * mean, constant=is_constant, alone=False)
 
     def _brightness(self, color: Any) -> float:
         if isinstance(color, (Color, Spectrum)):
