@@ -99,7 +99,7 @@ GLOWING = (Instance("floor", "floor", np.eye(4), ("gray",)), Instance("pane", "p
 CASES = {
     "two of 100 to 1": (scene_of((LEFT, RIGHT)), 2.0),
     "nine": (scene_of(MANY), 4.0),
-    "lamps and a sky": (scene_of((LEFT, RIGHT, SUN), world=sky()), 1.0),
+    "lamps and a sky": (scene_of((LEFT, RIGHT, SUN), world=sky()), 0.5),
     "lamps and gray": (scene_of((LEFT, SUN), world=World(gray(0.2))), 2.0),
     "emissive mesh": (scene_of((LEFT, RIGHT), instances=GLOWING), 2.0),
     "colored, RGB": (scene_of(COLORED), 2.0),
@@ -146,13 +146,6 @@ def test_linked_and_hidden_lamps_take_no_samples_where_they_give_no_light() -> N
     beside = pictures(scene_of((LEFT, RIGHT, hidden, unlit), instances=(floor,)))
     np.testing.assert_allclose(beside.mean(axis=(0, 1, 2)), alone.mean(axis=(0, 1, 2)), rtol=0.01)
     assert beside.var(axis=0, ddof=1).mean() < 1.2 * alone.var(axis=0, ddof=1).mean()
-
-
-def test_lamps_of_equal_names_all_give_light() -> None:
-    """They are not told apart by an edit, so each has the same chance."""
-    scene = scene_of((LEFT, replace(RIGHT, name="left"), SUN))
-    found = pictures(scene).mean(axis=(0, 1, 2))
-    np.testing.assert_allclose(found, rendered(scene).mean(axis=(0, 1)), rtol=0.01)
 
 
 class View:
@@ -202,13 +195,14 @@ def test_an_edited_lamp_gets_its_share_at_once_and_compiles_nothing(transport: s
         "sun": edited(swapped, "sun", irradiance=30.0),
         "glow": replace(swapped, materials=(scene.materials[0], glow)),
     }
+    # other scenes than that of the view may add types of objects to its kernels, so they come later
+    seen_in_view = {}
     for name, seen in sequence.items():
-        picture, compiled = view.of(seen)
+        seen_in_view[name], compiled = view.of(seen)
         assert (view.stage.loads, view.stage.launcher.recordings, compiled) == (1, recordings, 0), name
+    for name, seen in sequence.items():
         limit = rendered(replace(seen, film=replace(seen.film, seed=77)), 512)
-        job = RenderJob(seen, plan_from_data(seen, 0.0))
-        job.trace(SAMPLES)
-        error, usual = (np.abs(each - limit).mean() for each in (picture, job.picture()[..., :3]))
+        error, usual = (np.abs(each - limit).mean() for each in (seen_in_view[name], rendered(seen, SAMPLES)))
         assert error < 1.5 * usual + 1e-3 * limit.mean(), f"{name}: noise of the view {error:.3g}, of F12 {usual:.3g}"
 
 

@@ -63,6 +63,8 @@ class Chosen:
     center: Any = None
     radius: Any = None
     far: Any = None
+    sample: Any = None
+    """Random numbers for a point of the item, if the choice has left them."""
 
 
 class Choice:
@@ -187,13 +189,13 @@ class Choice:
         place = dr.gather(mi.Vector4f, self._places, dr.gather(mi.UInt32, self._row_of_item, item, active), active)
         return mi.Point3f(place.x, place.y, place.z), place.w
 
-    def draw(self, to: Receiver, sample: Any, active: Any) -> tuple[Any, Any]:
-        """An item and its probability, 0 if no item can illuminate the receiver."""
+    def draw(self, to: Receiver, sample: Any, active: Any) -> tuple[Any, Any, Any]:
+        """An item, its probability, 0 if no item can illuminate the receiver, and the rest of the sample."""
         import drjit as dr
 
         mi = self._mi
         if self.count == 1:
-            return mi.UInt32(0), dr.select(active, mi.Float(1.0), 0.0)
+            return mi.UInt32(0), dr.select(active, mi.Float(1.0), 0.0), sample
         first, count = mi.UInt32(self._top_first), mi.UInt32(self._top_count)
         sample, probability = mi.Float(sample), dr.select(active, mi.Float(1.0), 0.0)
         choosing = mi.Bool(active)
@@ -207,7 +209,7 @@ class Choice:
                 count = dr.gather(mi.UInt32, self._children, row, choosing)
                 first = dr.gather(mi.UInt32, self._first, row, choosing)
                 choosing &= (count > 0) & (probability > 0.0)
-        return dr.gather(mi.UInt32, self._item_of_row, row, active), probability
+        return dr.gather(mi.UInt32, self._item_of_row, row, active), probability, sample
 
     def _among(self, rows: tuple[Any, Any], to: Receiver, sample: Any, active: Any) -> tuple[Any, Any, Any]:
         """One of neighboring rows, its share of their weights, and the rest of the sample."""

@@ -107,7 +107,9 @@ class ChosenEmitters(MitsubaLights):
 
     def choose(self, to: Receiver, sampler: Any, active: Any) -> Chosen:
         """An emitter for a receiver."""
-        return Chosen(*self.choice.draw(replace(to, stretch=None), sampler.next_1d(), active))
+        sample = sampler.next_2d()
+        item, probability, sample.x = self.choice.draw(replace(to, stretch=None), sample.x, active)
+        return Chosen(item, probability, sample=sample)
 
     def draw(self, si: Any, to: Receiver, chosen: Chosen, sampler: Any, tables: Any, active: Any) -> LightSample:
         """A direction to the chosen emitter, and its light."""
@@ -116,7 +118,7 @@ class ChosenEmitters(MitsubaLights):
         mi, probability = self._mi, chosen.probability
         active = active & (probability > 0.0)
         emitter = dr.gather(mi.EmitterPtr, self._emitters, chosen.item, active)
-        ds, light = emitter.sample_direction(si, sampler.next_2d(), active)
+        ds, light = emitter.sample_direction(si, chosen.sample, active)
         light = dr.select(active, light / dr.maximum(probability, 1e-37), 0.0)
         pdf = dr.select(active, ds.pdf * probability, 0.0)
         return LightSample(ds.d, ds.p, light, pdf, ds.delta, tables.number(emitter))

@@ -93,7 +93,7 @@ class SceneLights:
         import drjit as dr
 
         pick = sampler.next_1d() if self.choice.count > 1 else self._mi.Float(0.0)
-        item, probability = self.choice.draw(to, pick, active)
+        item, probability, _ = self.choice.draw(to, pick, active)
         if to.stretch is None:
             return Chosen(item, probability)
         center, radius = self.choice.place(item, active)
