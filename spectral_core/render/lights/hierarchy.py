@@ -69,11 +69,13 @@ class Hierarchy:
     levels: int
 
 
-def build(near: Rows, far: Rows) -> Hierarchy:
-    """Clusters over ``near`` items, with ``far`` items beside the top level. Near items have the first numbers."""
+def build(near: Rows, far: Rows, exact: int = EXACT) -> Hierarchy:
+    """Clusters over more than ``exact`` ``near`` items, with ``far`` items beside the top level. Near items have the
+    first numbers.
+    """
     count = len(near)
     levels = 1
-    if count > EXACT:
+    if count > exact:
         while BRANCHES**levels < count:
             levels += 1
     # as few branches as the number of levels allows: each choice then computes about as many weights

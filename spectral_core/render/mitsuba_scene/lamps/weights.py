@@ -23,6 +23,8 @@ from spectral_core.spectra.spectrum import Spectrum
 
 LEAST = 0.05
 """Least mean of an emission that varies: where it is dark in the mean, it may be bright at a place."""
+EXACT = 32
+"""Emitters of a view up to which every weight is computed: the first picture after a change must come soon."""
 SIDE = 64
 """Pixels of an image, along each side, of which its mean is taken."""
 
@@ -51,7 +53,7 @@ class Weights:
             irradiance = abs(scene.world.strength) * self._of("world", "", scene.world.color, world_weight)
             is_constant = self._world.class_name() == "ConstantBackgroundEmitter"
             far.append(far_row(world_strength(irradiance, constant=is_constant, alone=False)))
-        return build(_joined(near), _joined(far))
+        return build(_joined(near), _joined(far), EXACT)
 
     def _of(self, kind: str, name: str, item: Any, make: Callable[[Any], Any]) -> Any:
         """What ``make`` returns for an item, which is kept until the item changes."""
