@@ -178,7 +178,7 @@ def edited(scene: Scene, name: str, **numbers: object) -> Scene:
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
 def test_an_edited_lamp_gets_its_share_at_once_and_compiles_nothing(transport: str) -> None:
     """With the shares of before an edit, a lamp of 1 W that gets 1000 W would have most samples of black."""
-    lamps = (replace(LEFT, power_w=1000.0, radius=0.0), replace(RIGHT, power_w=1.0, radius=0.0), MANY[1], MANY[2], SUN)
+    lamps = (replace(LEFT, power_w=1000.0), replace(RIGHT, power_w=1.0, radius=0.0), MANY[1], MANY[2], SUN)
     scene, view = scene_of(lamps, transport, world=sky(), instances=GLOWING), View()
     view.of(scene)
     recordings = view.stage.launcher.recordings
@@ -193,6 +193,7 @@ def test_an_edited_lamp_gets_its_share_at_once_and_compiles_nothing(transport: s
         "size": edited(swapped, MANY[1].name, size=(2.0, 1.0), power_w=2000.0),
         "cone": edited(swapped, MANY[2].name, cone_angle_rad=0.3, power_w=2000.0),
         "sun": edited(swapped, "sun", irradiance=30.0),
+        "world": replace(swapped, world=replace(scene.world, strength=5.0)),
         "glow": replace(swapped, materials=(scene.materials[0], glow)),
     }
     # other scenes than that of the view may add types of objects to its kernels, so they come later

@@ -134,23 +134,11 @@ def _panel(context: Context, lights: LightList, light: AreaLight, color: Color |
 
 def add_world(context: Context, lights: LightList, world: World, emitter: Any) -> int:
     """Add the environment; its emission comes from Mitsuba's emitter."""
-    _read_numbers(context, emitter)
+    context.read_numbers(emitter)
     source = lights.add_source(Source(None, world.group, emitter, camera_visible=True))
     lights.world = (source, abs(world.strength) * world_weight(world.color))
     lights.world_is_constant = isinstance(world.color, (Color, Spectrum))
     return source
-
-
-def _read_numbers(context: Context, emitter: Any) -> None:
-    """Let kernels read an emitter's numbers from memory, so that another color needs no new kernel."""
-    import drjit as dr
-
-    parameters = context.mitsuba.traverse(emitter)
-    for name, value in list(parameters.items()):
-        if dr.is_jit_v(value):
-            dr.make_opaque(value)
-            parameters[name] = value
-    parameters.update()
 
 
 def world_weight(color: Any) -> float:
