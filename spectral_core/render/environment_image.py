@@ -127,6 +127,8 @@ def _environment_of(context: Context, world: World, pixels: NDArray[np.float32])
     scale = float(world.strength) * unit
     turn = mi.ScalarTransform4f(world.world_from_environment @ ENVIRONMENT_AXES)
     emitter = context.load({"type": "envmap", "bitmap": mi.Bitmap(rows_from_top), "scale": scale, "to_world": turn})
+    if context.movable:
+        context.read_numbers(emitter, ["scale"])
     if context.switches is not None:
         import drjit
 

@@ -220,7 +220,7 @@ class RenderJob:
 
     def _lights(self) -> Any:
         """The light tables, or Mitsuba's emitters."""
-        return self._loaded.lights or MitsubaLights(self._mitsuba, self._loaded.scene)
+        return self._loaded.lights or self._loaded.chosen or MitsubaLights(self._mitsuba, self._loaded.scene)
 
     def chosen_pixels(self) -> ChosenPixels:
         """Tracer for chosen pixels, with all lights."""

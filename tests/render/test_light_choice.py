@@ -157,7 +157,7 @@ def _drawn_and_told(count, seed, far=True):
     told[:] = np.array(choice.probability(items, to(1), kit.Bool(True)))
     draws = 1 << 18
     sample = (dr.arange(kit.Float, draws) + 0.5) / draws
-    item, probability = choice.draw(to(1), sample, kit.Bool(True))
+    item, probability, _ = choice.draw(to(1), sample, kit.Bool(True))
     return np.bincount(np.array(item), minlength=count + suns) / draws, told, np.array(item), np.array(probability)
 
 

@@ -42,6 +42,16 @@ class Receiver:
     """Bits of the linked lights that do not illuminate it; None without linking."""
 
 
+def receiver_of(path: Any, tables: Any) -> Receiver:
+    """The place that a ray comes from."""
+    import drjit as dr
+
+    floats = None if tables.media is None else dr.squared_norm(path.before.n) == 0.0
+    lit = type(path.before_both)(True) if floats is None else ~floats
+    rules = {"kinds": path.before_kinds, "unlit": tables.unlit_by(path.before_shape, lit)}
+    return Receiver(path.before.p, path.before.n, path.before_both, floats, **rules)
+
+
 @dataclass
 class Chosen:
     """An item and its probability, 0 if no item can illuminate the receiver. With a ``stretch``: its ``center`` and
@@ -53,14 +63,19 @@ class Chosen:
     center: Any = None
     radius: Any = None
     far: Any = None
+    sample: Any = None
+    """Random numbers for a point of the item, if the choice has left them."""
 
 
 class Choice:
     """Draws one of ``count`` items; with one item there is nothing to draw."""
 
-    def __init__(self, mitsuba: Any, hierarchy: Hierarchy, rules: Any = None, usual: Any = None) -> None:
+    def __init__(
+        self, mitsuba: Any, hierarchy: Hierarchy, rules: Any = None, usual: Any = None, *, has_axes: bool = False
+    ) -> None:
         """``rules``: (items, 2) types of rays that an item does not illuminate, and its bit among linked lights.
         ``usual``: center and radius (4,) whose distance far items get, None if distance does not change their weight.
+        ``has_axes``: True if a later edit may direct the light of an item.
         """
         import drjit
 
@@ -74,7 +89,7 @@ class Choice:
         self._has_far = bool(np.any(rows.radii < 0))
         # numbers that kernels read: a lamp that moves needs no new kernel
         self._usual = None if usual is None else [drjit.opaque(mi.Float, float(number)) for number in usual]
-        self._has_axes = bool(np.any(rows.axes != 0))
+        self._has_axes = has_axes or bool(np.any(rows.axes != 0))
         if self._has_axes:
             # the sign of the smallest share encodes a light with two sides
             least = np.where(rows.two_sided, -1.0 - rows.least, rows.least)
@@ -174,13 +189,13 @@ class Choice:
         place = dr.gather(mi.Vector4f, self._places, dr.gather(mi.UInt32, self._row_of_item, item, active), active)
         return mi.Point3f(place.x, place.y, place.z), place.w
 
-    def draw(self, to: Receiver, sample: Any, active: Any) -> tuple[Any, Any]:
-        """An item and its probability, 0 if no item can illuminate the receiver."""
+    def draw(self, to: Receiver, sample: Any, active: Any) -> tuple[Any, Any, Any]:
+        """An item, its probability, 0 if no item can illuminate the receiver, and the rest of the sample."""
         import drjit as dr
 
         mi = self._mi
         if self.count == 1:
-            return mi.UInt32(0), dr.select(active, mi.Float(1.0), 0.0)
+            return mi.UInt32(0), dr.select(active, mi.Float(1.0), 0.0), sample
         first, count = mi.UInt32(self._top_first), mi.UInt32(self._top_count)
         sample, probability = mi.Float(sample), dr.select(active, mi.Float(1.0), 0.0)
         choosing = mi.Bool(active)
@@ -194,7 +209,7 @@ class Choice:
                 count = dr.gather(mi.UInt32, self._children, row, choosing)
                 first = dr.gather(mi.UInt32, self._first, row, choosing)
                 choosing &= (count > 0) & (probability > 0.0)
-        return dr.gather(mi.UInt32, self._item_of_row, row, active), probability
+        return dr.gather(mi.UInt32, self._item_of_row, row, active), probability, sample
 
     def _among(self, rows: tuple[Any, Any], to: Receiver, sample: Any, active: Any) -> tuple[Any, Any, Any]:
         """One of neighboring rows, its share of their weights, and the rest of the sample."""

@@ -69,11 +69,13 @@ class Hierarchy:
     levels: int
 
 
-def build(near: Rows, far: Rows) -> Hierarchy:
-    """Clusters over ``near`` items, with ``far`` items beside the top level. Near items have the first numbers."""
+def build(near: Rows, far: Rows, exact: int = EXACT) -> Hierarchy:
+    """Clusters over more than ``exact`` ``near`` items, with ``far`` items beside the top level. Near items have the
+    first numbers.
+    """
     count = len(near)
     levels = 1
-    if count > EXACT:
+    if count > exact:
         while BRANCHES**levels < count:
             levels += 1
     # as few branches as the number of levels allows: each choice then computes about as many weights
@@ -89,18 +91,18 @@ def build(near: Rows, far: Rows) -> Hierarchy:
         firsts.append(start + starts)
         counts.append(sizes)
         start += len(below)
-        below = _clusters(below, starts, sizes)
+        below = clusters(below, starts, sizes)
         parts.append(below)
     parents.append(np.full(len(below) + len(far), -1, np.intp))
-    clusters = sum(len(part) for part in parts) - count
+    extra = sum(len(part) for part in parts) - count
     parts.append(far)
     firsts.append(np.zeros(len(far), np.intp))
     counts.append(np.zeros(len(far), np.intp))
     far_items = count + np.arange(len(far))
     row_of_item = np.empty(count + len(far), np.intp)
     row_of_item[order] = np.arange(count)
-    row_of_item[count:] = count + clusters + np.arange(len(far))
-    item_of_row = np.concatenate([order, np.full(clusters, -1, np.intp), far_items])
+    row_of_item[count:] = count + extra + np.arange(len(far))
+    item_of_row = np.concatenate([order, np.full(extra, -1, np.intp), far_items])
     return Hierarchy(
         Rows.joined(parts),
         row_of_item,
@@ -140,7 +142,7 @@ def _order(centers: Array, branches: int, levels: int) -> NDArray[np.intp]:
         units = np.concatenate([units, units])
 
 
-def _clusters(below: Rows, starts: NDArray[np.intp], sizes: NDArray[np.intp]) -> Rows:
+def clusters(below: Rows, starts: NDArray[np.intp], sizes: NDArray[np.intp]) -> Rows:
     """One row per run of rows: center weighted by strength, extent, and mean direction of emission."""
     add = lambda values: np.add.reduceat(values, starts, axis=0)  # noqa: E731
     strengths = add(below.strengths)

@@ -3,31 +3,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.lights.emissive_meshes import geometry
-from spectral_core.render.lights.hierarchy import FAR_SUN, FAR_WORLD, Rows
+from spectral_core.render.lights.hierarchy import FAR_SUN, FAR_WORLD, Rows, clusters
 from spectral_core.render.lights.listing import Ball, EmissiveMesh, LightList, Panel
 
 STEEPEST = 1e3
 """Largest slope of a beam's edge in the cosine: steeper edges behave the same, and 32 bits represent it."""
+FLAT = 0.999
+"""Cosine between the normals of a mesh from which it counts as flat."""
 WIDE_SUN = 0.15
 """Half angle (radian) from which a sun's weight has no cosine: it lights surfaces that face away from its center."""
 
 
-def rules_by_source(rules: Any, count: int) -> NDArray[np.uint32]:
+def rules_by_source(rules: Any, count: int, number_of: Callable[[Any], int] = int) -> NDArray[np.uint32]:
     """(sources, 2): the types of rays that a source does not illuminate, and its bit among the linked lights.
 
-    ``rules``: the scene's ``RayRules``, which number sources from 1.
+    ``rules``: the scene's ``RayRules``; ``number_of``: number of one of its lights, from 1.
     """
     found = np.zeros((count, 2), np.uint32)
-    for number, bits in rules.lights:
-        found[number - 1, 0] |= bits
-    for number, place in rules.links:
-        found[number - 1, 1] |= np.uint32(1 << place)
+    for light, bits in rules.lights:
+        found[number_of(light) - 1, 0] |= bits
+    for light, place in rules.links:
+        found[number_of(light) - 1, 1] |= np.uint32(1 << place)
     return found
 
 
@@ -52,10 +56,21 @@ def far_rows(lights: LightList) -> Rows:
         centers.append(np.zeros(3))
         radii.append(FAR_WORLD)
         others = lights.balls or lights.panels or lights.emissive or lights.suns
-        # a constant environment is hit by every direction that a surface draws: sampling it separately gains nothing
-        passed_over = lights.world_is_constant and bool(others) and not lights.even
-        strengths.append(1.0 if lights.even else 0.0 if passed_over else lights.world[1])
+        strength = world_strength(lights.world[1], constant=lights.world_is_constant, alone=not others)
+        strengths.append(1.0 if lights.even else strength)
     return _rows(centers, radii, strengths)
+
+
+def world_strength(irradiance: float, *, constant: bool, alone: bool) -> float:
+    """Strength of the environment: a constant one is hit by every direction that a surface draws, so that sampling it
+    separately gains nothing beside other lights.
+    """
+    return irradiance if alone or not constant else 0.0
+
+
+def far_row(irradiance: float) -> Rows:
+    """The row of an environment."""
+    return _rows([np.zeros(3)], [FAR_WORLD], [irradiance])
 
 
 def usual_lamp(lights: LightList) -> NDArray[np.float64] | None:
@@ -129,3 +144,13 @@ def _emissive(mesh: EmissiveMesh, radiance: float, *, even: bool) -> Rows:
         np.full(count, 0.01),
         np.ones(count, bool),
     )
+
+
+def whole_row(corners: NDArray[np.float64]) -> Rows:
+    """One row for an emissive mesh with triangles (t, 3, 3), for a brightness of 1."""
+    triangles = _emissive(EmissiveMesh(0, corners, None, None, np.ones(len(corners))), 1.0, even=False)
+    row = clusters(triangles, np.array([0]), np.array([len(corners)]))
+    normal = triangles.axes[np.argmax(triangles.strengths)]
+    if np.abs(triangles.axes @ normal).min() < FLAT:
+        return row
+    return replace(row, axes=normal[None], offsets=np.zeros(1), two_sided=np.ones(1, bool))

@@ -139,13 +139,15 @@ class LightList:
     suns: list[Sun] = field(default_factory=list)
     emissive: list[EmissiveMesh] = field(default_factory=list)
     world: tuple[int, float] | None = None
-    """The environment: its source, and its irradiance without occlusion."""
+    """The environment: its source, and the irradiance by which it is chosen."""
     world_is_constant: bool = False
     """True if the environment is equally bright in every direction."""
     even: bool = False
     """True if every source is drawn as if all were equally bright, near or far. Recordings need it: their lights are
     mixed later, so sampling must neither depend on the brightness of a light nor neglect one.
     """
+    only_weighs: bool = False
+    """True if Mitsuba's emitters give the light, and the list only the weights of their choice."""
     gains: Array = field(default_factory=lambda: np.ones(0))
     changes: int = 0
     """Number of switches so far: tables are read again after each. A callback would keep the scene in memory."""

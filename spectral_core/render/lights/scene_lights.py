@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.lights.balls import Balls, Drawn
 from spectral_core.render.lights.bodies import Bodies
-from spectral_core.render.lights.choice import Choice, Chosen, Receiver
+from spectral_core.render.lights.choice import Choice, Chosen, Receiver, receiver_of
 from spectral_core.render.lights.emission import Emission
 from spectral_core.render.lights.emissive_meshes import EmissiveMeshes
 from spectral_core.render.lights.hierarchy import build
@@ -93,7 +93,7 @@ class SceneLights:
         import drjit as dr
 
         pick = sampler.next_1d() if self.choice.count > 1 else self._mi.Float(0.0)
-        item, probability = self.choice.draw(to, pick, active)
+        item, probability, _ = self.choice.draw(to, pick, active)
         if to.stretch is None:
             return Chosen(item, probability)
         center, radius = self.choice.place(item, active)
@@ -177,7 +177,7 @@ class SceneLights:
 
         mi = self._mi
         total = Met(mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
-        to = self._receiver(path, tables)
+        to = receiver_of(path, tables)
         may_meet = self._may_meet(path, active)
         if self.emissive is not None:
             total.emissive = self._met_emissive(si, to, path, rule, tables, active & si.is_valid())
@@ -200,17 +200,8 @@ class SceneLights:
 
     def met_in_fog(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, extinction: Any) -> Any:
         """Light of lamps with an extent on a ray's way through a medium, attenuated up to each lamp."""
-        to = self._receiver(path, tables)
+        to = receiver_of(path, tables)
         return self._met_bodies(si, path, rule, to, self._may_meet(path, active), extinction)
-
-    def _receiver(self, path: Any, tables: Any) -> Receiver:
-        """The place that a ray comes from."""
-        import drjit as dr
-
-        floats = None if tables.media is None else dr.squared_norm(path.before.n) == 0.0
-        lit = self._mi.Bool(True) if floats is None else ~floats
-        rules = {"kinds": path.before_kinds, "unlit": tables.unlit_by(path.before_shape, lit)}
-        return Receiver(path.before.p, path.before.n, path.before_both, floats, **rules)
 
     def _may_meet(self, path: Any, active: Any) -> Any:
         return active & (self._mi.Bool(True) if self.any_visible else path.depth > 0)

@@ -17,7 +17,8 @@ from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene import light
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.kept import keep
-from spectral_core.render.mitsuba_scene.lamp_rows import add_lamp, add_world
+from spectral_core.render.mitsuba_scene.lamps.rows import add_lamp, add_world
+from spectral_core.render.mitsuba_scene.lamps.weights import chosen_emitters
 from spectral_core.render.mitsuba_scene.media.around import media_at, overlapping_media
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, STRAND, RayRules
@@ -69,6 +70,8 @@ class LoadedScene:
     background: Any | None = None
     lights: Any | None = None
     """``SceneLights`` of our path integrator; None if lamps are Mitsuba's emitters."""
+    chosen: Any | None = None
+    """``ChosenEmitters`` of a scene that can be edited; None if each emitter has the same probability."""
 
     def light_only(self, group: str) -> None:
         """Switch off every light group except one."""
@@ -148,7 +151,10 @@ def load_scene(
     by_name = SceneParts(context, shapes, placements, lamps, world)
     switches = context.switches or {}
     rules.subsurface, rules.disks, rules.holdouts = context.has_subsurface, context.has_disks, context.has_holdouts
-    home = LoadedScene(loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights)
+    chosen = chosen_emitters(context, loaded, scene, by_name, rules) if movable and not scene.volumes else None
+    home = LoadedScene(
+        loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights, chosen
+    )
     context.tables.live_in(home)
     keep(context, geometry, loaded)
     return home

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -119,6 +119,21 @@ class Context:
         equal paths.
         """
         return self._kept(self.mitsuba.load_dict(description, parallel=False, optimize=False))
+
+    def read_numbers(self, made: Any, names: Collection[str] = ()) -> Any:
+        """Let kernels read numbers of one of Mitsuba's objects from memory, so that others need no new kernel: those of
+        ``names``, all if there are none. Returns the object.
+        """
+        import drjit as dr
+
+        parameters = self.mitsuba.traverse(made)
+        for name, value in list(parameters.items()):
+            if name in names or (not names and dr.is_jit_v(value)):
+                dr.make_opaque(value)
+                parameters[name] = value
+                parameters.set_dirty(name)
+        parameters.update()
+        return made
 
     def _kept(self, made: Any) -> Any:
         self.made.append(made)

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.scene import Emission, Principled, Scalar, Surface, Weight, leaves, weighted_leaves
+from spectral_core.scene import Emission, Paint, Principled, Scalar, Surface, Weight, leaves, weighted_leaves
 
 
 def weight_texture(context: Context, weight: Weight, subject: str) -> Any:
@@ -42,17 +43,10 @@ def is_dark(surface: Surface | None) -> bool:
 def emission(context: Context, surface: Surface | None, subject: str) -> Any | None:
     """Texture of the radiance that a surface emits; None if it does not emit."""
     terms = []
-    for weight, closure in weighted_leaves(surface):
-        if isinstance(closure, Emission):
-            color, strength = closure.color, closure.strength
-        elif isinstance(closure, Principled):
-            color, strength = closure.emission_color, closure.emission_strength
-            weight = weight.times(closure.alpha)
-            if closure.sheen_weight != 0:
-                weight = weight.times(sheen_clear(context, closure, subject))
-        else:
-            continue
-        term = _emission_term(context, (color, strength), weight, subject)
+    for weight, closure, emitted in emitting(surface):
+        if isinstance(closure, Principled) and closure.sheen_weight != 0:
+            weight = weight.times(sheen_clear(context, closure, subject))
+        term = _emission_term(context, emitted, weight, subject)
         if term is not None:
             terms.append(term)
     if not terms:
@@ -62,6 +56,15 @@ def emission(context: Context, surface: Surface | None, subject: str) -> Any | N
     for term in terms[1:]:  # twice a mix of equal parts is the sum
         total = context.load({"type": "mixed_paint", "factor": half, "first": total, "second": term, "scale": 2.0})
     return total
+
+
+def emitting(surface: Surface | None) -> Iterator[tuple[Weight, Any, tuple[Paint, Scalar]]]:
+    """Closures of a surface that may emit: their weights, and the color and the strength of their emission."""
+    for weight, closure in weighted_leaves(surface):
+        if isinstance(closure, Emission):
+            yield weight, closure, (closure.color, closure.strength)
+        elif isinstance(closure, Principled):
+            yield weight.times(closure.alpha), closure, (closure.emission_color, closure.emission_strength)
 
 
 def _emission_term(context: Context, emitted: tuple[Any, Scalar], weight: Weight, subject: str) -> Any | None:

@@ -18,7 +18,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.emission import is_dark
 from spectral_core.render.mitsuba_scene.geometry import Part, split_by_material
-from spectral_core.render.mitsuba_scene.lamp_rows import emitted_evenly
+from spectral_core.render.mitsuba_scene.lamps.rows import emitted_evenly
 from spectral_core.render.same import equal
 from spectral_core.scene import Color, DrawnPattern, ImageTexture, Instance, Scene, World
 from spectral_core.scene.geometry import Mesh

@@ -12,7 +12,7 @@ import numpy as np
 from spectral_core.render.mitsuba_scene import geometry, limits, surface
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.kept import MeshOf, geometry_for
-from spectral_core.render.mitsuba_scene.lamp_rows import add_emissive, emitted_by, emitted_evenly
+from spectral_core.render.mitsuba_scene.lamps.rows import add_emissive, emitted_by, emitted_evenly
 from spectral_core.render.mitsuba_scene.media.rows import medium_row
 from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.plugins.lamps.light_points import Triangles
@@ -147,6 +147,10 @@ class Shapes:
         context.material_of_shape.append((shape, name))
         if name in context.dyed:
             context.dyed[name].shapes.append(shape)
+
+    def material_name(self, instance: Instance, index: int) -> str:
+        """Name of the material of a part of an instance."""
+        return self._material(instance, index).name
 
     def _material(self, instance: Instance, index: int) -> Material:
         if not instance.materials:

@@ -43,6 +43,8 @@ class Edit:
 
     def finish(self) -> None:
         """Update the search trees if anything has moved."""
+        if self._loaded.scene.chosen is not None:
+            self._loaded.scene.chosen.weigh(self._new)
         if self._rows_changed:
             self._parts.context.tables.rebuild()
         if self._vertices_changed:
@@ -231,11 +233,16 @@ class Edit:
         return True
 
     def warm(self) -> None:
-        """Write every editable mesh once with its present values.
+        """Write every editable mesh and the ball of every lamp once with its present values.
 
         Buffers that were written after the scene was created have another type for a recorded launch: without this
         first write, the first edit of each mesh would cause a new recording.
         """
+        bodies = [each.entry for made in self._parts.lights.values() for each in made if each.entry is not each.emitter]
+        for body in bodies:
+            if not body.is_mesh():
+                self._parts.context.read_numbers(body, ["to_world"])
+                self._moved = True
         for mesh in self._new.meshes:
             placed = [instance for instance in self._new.instances if instance.mesh == mesh.name]
             if all(self._is_placed(instance) for instance in placed):

@@ -30,6 +30,9 @@ from spectral_core.scene import (
 from spectral_core.scene.paint import ImageTexture
 from spectral_core.spectra.spectrum import Spectrum
 
+ROWS = 32
+"""Rows of the coarse picture of an environment from which its irradiance is computed."""
+
 
 def add_lamp(context: Context, lights: LightList, light: Light) -> int | None:
     """Add a lamp; returns its source, None if it emits nothing."""
@@ -44,8 +47,8 @@ def add_lamp(context: Context, lights: LightList, light: Light) -> int | None:
 
 
 def _source(context: Context, lights: LightList, light: Light, color: Color | Spectrum, strength: float) -> int:
-    emitted = emitted_by(context, color, strength)
-    pattern, mean = pattern_texture(context, light), pattern_mean(light)
+    emitted = weight_of(color, strength) if lights.only_weighs else emitted_by(context, color, strength)
+    pattern, mean = None if lights.only_weighs else pattern_texture(context, light), pattern_mean(light)
     shown = {"camera_visible": light.camera_visible}
     source = lights.add_source(Source(emitted, light.group, **shown, pattern=pattern, pattern_mean=mean))
     _switched(context, lights, source, light.group)
@@ -57,6 +60,11 @@ def emitted_by(context: Context, color: Color | Spectrum, strength: float) -> An
     if context.spectral:
         return paint.emitted_spectrum(color, context.white).scaled(strength)
     return paint.emitted_rgb(color) * strength
+
+
+def weight_of(color: Color | Spectrum, strength: float) -> Any:
+    """The same for the choice of lights alone, which needs no spectrum of a color."""
+    return color.linear_rgb * strength if isinstance(color, Color) else paint.unit_luminance(color).scaled(strength)
 
 
 def _switched(context: Context, lights: LightList, source: int, group: str) -> None:
@@ -126,34 +134,38 @@ def _panel(context: Context, lights: LightList, light: AreaLight, color: Color |
 
 def add_world(context: Context, lights: LightList, world: World, emitter: Any) -> int:
     """Add the environment; its emission comes from Mitsuba's emitter."""
-    _read_numbers(context, emitter)
+    context.read_numbers(emitter)
     source = lights.add_source(Source(None, world.group, emitter, camera_visible=True))
-    lights.world = (source, np.pi * _mean_brightness(world))
+    lights.world = (source, abs(world.strength) * world_weight(world.color))
     lights.world_is_constant = isinstance(world.color, (Color, Spectrum))
     return source
 
 
-def _read_numbers(context: Context, emitter: Any) -> None:
-    """Let kernels read an emitter's numbers from memory, so that another color needs no new kernel."""
-    import drjit as dr
-
-    parameters = context.mitsuba.traverse(emitter)
-    for name, value in list(parameters.items()):
-        if dr.is_jit_v(value):
-            dr.make_opaque(value)
-            parameters[name] = value
-    parameters.update()
+def world_weight(color: Any) -> float:
+    """Irradiance by which an environment of strength 1 is chosen: the root of the mean square of what its samples give
+    to a plane, for the plane where it is largest.
+    """
+    if isinstance(color, ImageTexture):
+        return _weight_of_picture(np.abs(paint.color_pixels(color)).mean(axis=2))
+    return float(np.pi * np.mean(np.abs(color.linear_rgb))) if isinstance(color, Color) else np.pi
 
 
-def _mean_brightness(world: World) -> float:
-    """Mean magnitude of the radiance over all directions and channels."""
-    if isinstance(world.color, ImageTexture):
-        pixels = np.abs(paint.color_pixels(world.color)).mean(axis=2)
-        rows = np.cos((np.arange(len(pixels)) + 0.5) / len(pixels) * np.pi - np.pi / 2)
-        return float(world.strength * (pixels.mean(axis=1) @ rows) / rows.sum())
-    if isinstance(world.color, Color):
-        return float(world.strength * np.mean(np.abs(world.color.linear_rgb)))
-    return float(world.strength)
+def _weight_of_picture(radiance: Any) -> float:
+    """The same for a picture of the environment (rows from below, columns around the vertical), by a coarse one."""
+    repeats = [-(-least // size) for least, size in zip((ROWS, 2 * ROWS), radiance.shape, strict=True)]
+    if max(repeats) > 1:
+        radiance = np.repeat(np.repeat(radiance, repeats[0], axis=0), repeats[1], axis=1)
+    height, width = radiance.shape
+    rows, columns = np.arange(ROWS) * height // ROWS, np.arange(2 * ROWS) * width // (2 * ROWS)
+    # the light of a cell: its radiance times its solid angle
+    heights = np.diff(np.sin(np.pi * (np.arange(height + 1) / height - 0.5)))
+    light = np.add.reduceat(np.add.reduceat(radiance, columns, axis=1) * heights[:, None], rows, axis=0)
+    light = light.ravel() * (2 * np.pi / width)
+    up, around = np.meshgrid(np.pi * ((np.arange(ROWS) + 0.5) / ROWS - 0.5), np.pi * np.arange(2 * ROWS) / ROWS)
+    toward = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=-1)
+    normals = toward[::4, ::4].reshape(-1, 3)
+    cosines = np.maximum(normals @ toward.transpose(1, 0, 2).reshape(-1, 3).T, 0.0)
+    return float(np.sqrt((cosines**2 @ light).max() * light.sum()))
 
 
 def emitted_evenly(surface: Surface | None) -> tuple[Color | Spectrum, float] | None:
