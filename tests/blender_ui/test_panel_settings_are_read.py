@@ -23,14 +23,16 @@ from spectral_core.spectra.files import write_spectra
 from tests.settings_walk import ignored_settings, other_rna, read_rna, settings_of
 
 AFTER_A_TEXTURE = {
-    "folder", "status", "failed", "progress", "texture_file", "report", "lost_1", "lost_2", "lamp_1", "lamp_2",
+    "folder", "status", "failed", "progress", "is_under_way", "texture_file", "report", "lost_1", "lost_2", "lamp_1",
+    "lamp_2",
 }  # fmt: skip
 """Properties that are no input: the folder of the design, its results, and the lamps that get its lights."""
 AFTER_A_RECIPE = {"text", "met", "spectrum", "found_kind"}
 OUTSIDE_THE_SWEEP = {
     "active": "the row that the list shows",
     "point": "the row of the table that is set in the scene",
-    "status": "of the run", "done": "of the run", "total": "of the run", "swept_as": "the scene that owns the folder",
+    "status": "of the run", "done": "of the run", "total": "of the run", "is_under_way": "of the run",
+    "swept_as": "the scene that owns the folder",
 }  # fmt: skip
 
 

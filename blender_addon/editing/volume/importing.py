@@ -38,8 +38,16 @@ class Import:
         Text on the options, by which imports of one file with different options differ.
     folder
         For the OpenVDB files.
+    preset
+        The looks that the imported volumes get.
+    is_sequence
+        True if the file belongs to a sequence of frames, all of which are imported.
+    centered
+        True if the middle of the volume comes to the origin of its object.
     stopping
         Once it is set, no further file is begun.
+    progress
+        Text on a sequence that is being read; ``read`` changes it.
     """
 
     paths: list[Path]
@@ -51,7 +59,6 @@ class Import:
     centered: bool
     stopping: threading.Event
     progress: str = ""
-    """Text on a sequence that is being read."""
 
     def read(self) -> list[Imported]:
         """Read all files and write the OpenVDB files. Raises SpectralError and OSError."""
