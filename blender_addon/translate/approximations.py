@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from spectral_core.scene import (
     Glass,
     Glossy,
+    Holdout,
     Mesh,
     Metal,
     Principled,
@@ -57,6 +58,7 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
             name for name, surface in surfaces.items() if _refracts(surface) or _is_seen_through(surface)
         }
         _note_faces(translation, scene, meshes, passes)
+    _note_holes(translation, scene)
     film = scene.film
     if film.transparent and film.transparent_glass:
         for name, surface in surfaces.items():
@@ -69,6 +71,23 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
     if not (limits.reflective_caustics and limits.refractive_caustics):
         message = "caustics are off: a surface that is partly diffuse keeps the caustics of its glossy part"
         translation.note(translation.scene.name, message)
+
+
+def _note_holes(translation: Translation, scene: Scene) -> None:
+    """Note holdouts and shadow catchers of a scene with volumes."""
+    media = [material.medium for material in scene.materials]
+    if scene.world.medium is None and all(medium is None for medium in media):
+        return
+    cuts = {m.name for m in scene.materials if any(isinstance(leaf, Holdout) for leaf in leaves(m.surface))}
+    for instance in scene.instances:
+        if instance.is_holdout or cuts.intersection(instance.materials):
+            message = (
+                "it is a holdout, and cuts out the light and the alpha of volumes in front of it; Cycles keeps them"
+            )
+            translation.note(instance.shown_as or instance.name, message)
+        if instance.is_shadow_catcher:
+            message = "it is a shadow catcher that does not catch the shadows of volumes; in Cycles it catches them"
+            translation.note(instance.shown_as or instance.name, message)
 
 
 def _note_faces(translation: Translation, scene: Scene, meshes: dict[str, Mesh], passes: set[str]) -> None:

@@ -192,3 +192,18 @@ def test_a_scale_of_zero_lays_faces_on_each_other(build, translate):
     assert not translate().notes
     cube.scale = (0.0, 0.0, 0.0)
     translate()
+
+
+@pytest.mark.parametrize("setting", ["is_holdout", "is_shadow_catcher"])
+def test_holdouts_and_shadow_catchers_beside_volumes_get_a_note(build, translate, setting):
+    """Cycles shows fog in front of a holdout, and catches the shadow of fog."""
+    ground = build.plane(name="Ground", size=10.0)
+    setattr(ground, setting, True)
+    assert "volumes" not in messages(translate())
+    fog = smooth_cube()
+    tree, _ = shaded(fog, "ShaderNodeBsdfTransparent")
+    node = tree.nodes.new("ShaderNodeVolumeScatter")
+    output = next(each for each in tree.nodes if each.type == "OUTPUT_MATERIAL")
+    tree.links.new(node.outputs[0], output.inputs["Volume"])
+    found = [note.subject for note in translate().notes if "of volumes" in note.message]
+    assert found == [ground.name]
