@@ -58,7 +58,7 @@ def line(center_nm: float) -> Spectrum:
 
 
 def scene_of(lights: tuple, transport: str = "rgb", **changes) -> Scene:
-    """A floor from above; a glowing pane is added with the name of its material."""
+    """A floor from above; an emissive pane is added with the name of its material."""
     made = Scene(
         camera=Camera(world_from_camera=at(0, 0, 9), field_of_view_rad=0.8),
         film=Film(WIDTH, HEIGHT, samples=SAMPLES, seed=1, filter_kind="box", filter_width=1.0),
@@ -95,13 +95,13 @@ COLORED = tuple(
     replace(RIGHT, name=f"{nm} nm", world_from_light=at(x, 1, 2), power_w=power, color=line(nm))
     for nm, x, power in ((450.0, -2, 600.0), (540.0, 0, 20.0), (620.0, 2, 5.0))
 )
-GLOWING = (Instance("floor", "floor", np.eye(4), ("gray",)), Instance("pane", "pane", at(1, 0, 1), ("glow",)))
+EMISSIVE = (Instance("floor", "floor", np.eye(4), ("gray",)), Instance("pane", "pane", at(1, 0, 1), ("glow",)))
 CASES = {
     "two of 100 to 1": (scene_of((LEFT, RIGHT)), 2.0),
     "nine": (scene_of(MANY), 4.0),
     "lamps and a sky": (scene_of((LEFT, RIGHT, SUN), world=sky()), 0.5),
     "lamps and gray": (scene_of((LEFT, SUN), world=World(gray(0.2))), 2.0),
-    "emissive mesh": (scene_of((LEFT, RIGHT), instances=GLOWING), 2.0),
+    "emissive mesh": (scene_of((LEFT, RIGHT), instances=EMISSIVE), 2.0),
     "colored, RGB": (scene_of(COLORED), 2.0),
     "colored, spectral": (scene_of(COLORED, "spectral"), 2.0),
 }
@@ -141,7 +141,7 @@ def test_lamps_are_chosen_by_their_light(name: str) -> None:
 def test_linked_and_hidden_lamps_take_no_samples_where_they_give_no_light() -> None:
     hidden = replace(LEFT, name="hidden", power_w=5e4, hidden_from=Rays.DIFFUSE)
     unlit = replace(LEFT, name="unlit", power_w=5e4)
-    floor = replace(GLOWING[0], unlit_by=("unlit",))
+    floor = replace(EMISSIVE[0], unlit_by=("unlit",))
     alone = pictures(scene_of((LEFT, RIGHT)))
     beside = pictures(scene_of((LEFT, RIGHT, hidden, unlit), instances=(floor,)))
     np.testing.assert_allclose(beside.mean(axis=(0, 1, 2)), alone.mean(axis=(0, 1, 2)), rtol=0.01)
@@ -179,7 +179,7 @@ def edited(scene: Scene, name: str, **numbers: object) -> Scene:
 def test_an_edited_lamp_gets_its_share_at_once_and_compiles_nothing(transport: str) -> None:
     """With the shares of before an edit, a lamp of 1 W that gets 1000 W would have most samples of black."""
     lamps = (replace(LEFT, power_w=1000.0), replace(RIGHT, power_w=1.0, radius=0.0), MANY[1], MANY[2], SUN)
-    scene, view = scene_of(lamps, transport, world=sky(), instances=GLOWING), View()
+    scene, view = scene_of(lamps, transport, world=sky(), instances=EMISSIVE), View()
     view.of(scene)
     recordings = view.stage.launcher.recordings
     moved = at(-1, -1, 1.5)

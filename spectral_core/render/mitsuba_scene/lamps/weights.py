@@ -31,11 +31,11 @@ SIDE = 64
 
 class Weights:
     """Weights of Mitsuba's emitters in a scene that is edited: of the lamps that ``lit`` names, of the meshes that
-    ``glowing`` lists (material, and row for a brightness of 1), and of the world.
+    ``emissive`` lists (material, and row for a brightness of 1), and of the world.
     """
 
-    def __init__(self, context: Context, lit: frozenset[str], glowing: list[tuple[str, Rows]], world: Any) -> None:
-        self._context, self._lit, self._glowing, self._world = context, lit, glowing, world
+    def __init__(self, context: Context, lit: frozenset[str], emissive: list[tuple[str, Rows]], world: Any) -> None:
+        self._context, self._lit, self._emissive, self._world = context, lit, emissive, world
         self._kept: dict[tuple[str, str], tuple[Any, Any]] = {}
         """What the weights of the last scene were made of, and these: an edit changes few of them."""
 
@@ -46,7 +46,7 @@ class Weights:
             [self._row(lamp) for lamp in lamps if isinstance(lamp, SunLight) is is_far] for is_far in (False, True)
         )
         surfaces = {item.name: item.surface for item in scene.materials}
-        for name, row in self._glowing:
+        for name, row in self._emissive:
             bright = self._of("material", name, surfaces[name], lambda it: mean_emission(it, self._brightness))
             near.append(replace(row, strengths=row.strengths * bright))
         if self._world is not None:
@@ -84,7 +84,7 @@ def chosen_emitters(context: Context, loaded: Any, scene: Scene, parts: Any, rul
     emitter or none.
     """
     lamps = {name: made[0].emitter for name, made in parts.lights.items() if made}
-    glowing = [
+    emissive = [
         (parts.shapes.material_name(scene.instances[number], index), part, shape.emitter())
         for number, shapes in parts.shapes.geometry.placed.items()
         for index, part, shape in shapes
@@ -92,11 +92,11 @@ def chosen_emitters(context: Context, loaded: Any, scene: Scene, parts: Any, rul
     ]
     suns = [lamp.name for lamp in scene.lights if isinstance(lamp, SunLight) and lamp.name in lamps]
     emitters = [emitter for name, emitter in lamps.items() if name not in suns]
-    emitters += [emitter for _, _, emitter in glowing] + [lamps[name] for name in suns]
+    emitters += [emitter for _, _, emitter in emissive] + [lamps[name] for name in suns]
     emitters += [] if parts.world is None else [parts.world]
     if len(emitters) < 2 or len(emitters) != len(loaded.emitters()):
         return None
-    rows = [(name, whole_row(part.positions[part.triangles].astype(np.float64))) for name, part, _ in glowing]
+    rows = [(name, whole_row(part.positions[part.triangles].astype(np.float64))) for name, part, _ in emissive]
     weights = Weights(context, frozenset(lamps), rows, parts.world)
     return ChosenEmitters(context.mitsuba, loaded, emitters, weights.hierarchy, (scene, rules))
 
