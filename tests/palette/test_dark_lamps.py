@@ -49,7 +49,7 @@ def test_black_under_an_led_is_solved(center_nm: float, width_nm: float, smoothn
     assert np.abs(linear_rgb_from_product(lamp, GRID) @ smoke).max() < 1e-9
     day = linear_rgb_from_product(DAY, GRID)
     np.testing.assert_allclose(day @ smoke, day @ paint, atol=1e-9)
-    # With hardly any smoothness and no other wish, the color is as near as SciPy brings it.
+    # With hardly any smoothness and no other request, the color is as near as SciPy brings it.
     alone = solve_palette(
         PaletteProblem(GRID, problem.lights, materials[:1], cells[:1], smoothness=1e-5), explain=False
     )
