@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.design.components import components
+from spectral_core.palette.design.darkness import dark
 from spectral_core.palette.design.linear_programs import ExactRows, least_miss, multipliers, nearest_point
-from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended, on_bounds, worst_miss
-from spectral_core.palette.qp.answer import Answer, answer_at
+from spectral_core.palette.design.orthogonal import THOROUGH, UNITS, descended, on_bounds, refined, worst_miss
+from spectral_core.palette.qp.answer import Answer, answer_at, better, is_strained
 from spectral_core.palette.qp.backends import change_on_rows
 from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.engine import Engine
@@ -69,7 +70,9 @@ def decided(problem: Quadratic, answer: Answer, before: Decision | None = None) 
 def _decision(problem: Quadratic, answer: Answer, before: Decision | None) -> Decision:
     found = Decision(problem, answer)
     if answer.check.passed and not answer.infeasible:
-        return found
+        # Multipliers without measure ask for zeros that no color shows.
+        other = _in_the_dark(problem) if is_strained(problem, answer) else None
+        return Decision(problem, better(problem, answer, other))
     if not problem.has_equalities or not answer.values or problem.size > LARGEST:
         return found
     if answer.infeasible and answer.check.passed and least_miss(problem, answer) > HELD:
@@ -146,6 +149,9 @@ def _without_traces(problem: Quadratic) -> Quadratic:
 
 
 def _decided(problem: Quadratic, answer: Answer) -> Answer:
+    in_dark = _in_the_dark(problem)
+    if in_dark is not None:
+        return in_dark
     point, miss = nearest_point(problem)
     if miss > HELD:
         return answer if answer.infeasible else _compromise(problem, answer)
@@ -156,12 +162,25 @@ def _decided(problem: Quadratic, answer: Answer) -> Answer:
     if not found.check.passed:
         # Beside exact cells in black, all that is left to a row are rounding errors of it and of the program.
         plain = _without_traces(problem)
-        dark = on_bounds(plain, point, FAINT)
-        if worst_miss(plain, dark) <= HELD:
-            found = min(found, _on_the_rows(plain, dark), key=lambda each: each.check.worst)
+        faint = on_bounds(plain, point, FAINT)
+        if worst_miss(plain, faint) <= HELD:
+            found = min(found, _on_the_rows(plain, faint), key=lambda each: each.check.worst)
     if found.check.passed or answer.infeasible:  # the point shows that they do not conflict
         return found
     return found if found.check.worst < answer.check.worst else answer
+
+
+def _in_the_dark(problem: Quadratic) -> Answer | None:
+    """The optimum with the samples at 0 that exact black cells leave no other value; None if there is no such cell, or
+    no answer.
+    """
+    simpler = dark(problem)
+    if simpler is None:
+        return None
+    found = refined(simpler, _decision(simpler, Engine().solve(simpler), None).answer)
+    if found.infeasible or not found.check.passed:
+        return None
+    return found if worst_miss(problem, problem.joined(found.colors, found.values)) <= HELD else None
 
 
 def _compromise(problem: Quadratic, answer: Answer, factor: float = 1.0) -> Answer:
