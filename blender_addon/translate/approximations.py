@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import (
+    AddSurface,
     Glass,
     Glossy,
     Holdout,
     Mesh,
     Metal,
+    MixSurface,
     Principled,
     Scene,
     Sheen,
@@ -21,6 +23,7 @@ from spectral_core.scene import (
     Surface,
     Translucent,
     Transparent,
+    emissions_of,
     leaves,
 )
 from spectral_core.scene.shading import UV_TANGENT
@@ -59,6 +62,15 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
         }
         _note_faces(translation, scene, meshes, passes)
     _note_holes(translation, scene)
+    _note_emission_with_shadow_links(
+        translation, scene, {name for name, each in surfaces.items() if any(emissions_of(each))}
+    )
+    for name, surface in surfaces.items():
+        if _adds_metals(surface):
+            message = (
+                "Add Shader adds metals; where they reflect more light than arrives, the picture differs from Cycles"
+            )
+            translation.note(name, f"{message}; use Mix Shader")
     film = scene.film
     if film.transparent and film.transparent_glass:
         for name, surface in surfaces.items():
@@ -88,6 +100,28 @@ def _note_holes(translation: Translation, scene: Scene) -> None:
         if instance.is_shadow_catcher:
             message = "it is a shadow catcher that does not catch the shadows of volumes; in Cycles it catches them"
             translation.note(instance.shown_as or instance.name, message)
+
+
+def _note_emission_with_shadow_links(translation: Translation, scene: Scene, emits: set[str]) -> None:
+    """Note objects of materials that emit, whose shadow linking leaves out other objects, beside lamps."""
+    linked = {name for instance in scene.instances for name in instance.clear_for} if scene.lights else set()
+    for instance in scene.instances if linked else ():
+        if instance.name in linked and emits.intersection(instance.materials):
+            message = "its emission has shadow linking: beside lamps, Cycles loses a part of its light, here it is kept"
+            translation.note(instance.shown_as or instance.name, message)
+
+
+def _adds_metals(surface: Surface | None) -> bool:
+    """True if one sum of a surface has metals on both sides."""
+    stack = [surface]
+    while stack:
+        item = stack.pop()
+        if isinstance(item, (AddSurface, MixSurface)):
+            sides = [any(isinstance(leaf, Metal) for leaf in leaves(side)) for side in (item.first, item.second)]
+            if isinstance(item, AddSurface) and all(sides):
+                return True
+            stack += [item.first, item.second]
+    return False
 
 
 def _note_faces(translation: Translation, scene: Scene, meshes: dict[str, Mesh], passes: set[str]) -> None:

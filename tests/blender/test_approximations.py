@@ -207,3 +207,36 @@ def test_holdouts_and_shadow_catchers_beside_volumes_get_a_note(build, translate
     tree.links.new(node.outputs[0], output.inputs["Volume"])
     found = [note.subject for note in translate().notes if "of volumes" in note.message]
     assert found == [ground.name]
+
+
+@pytest.mark.parametrize(("joins", "tells"), [("Add", True), ("Mix", False)])
+def test_a_sum_of_metals_gets_a_note(build, translate, joins, tells):
+    """A sum of an emission and a metal has none."""
+    ground = build.plane(name="Ground", size=10.0)
+    tree, first = shaded(ground, "ShaderNodeBsdfMetallic")
+    join, second = tree.nodes.new(f"ShaderNode{joins}Shader"), tree.nodes.new("ShaderNodeBsdfMetallic")
+    light = tree.nodes.new("ShaderNodeEmission")
+    output = next(each for each in tree.nodes if each.type == "OUTPUT_MATERIAL")
+    ends = [socket for socket in join.inputs if socket.type == "SHADER"]
+    tree.links.new(join.outputs[0], output.inputs["Surface"])
+    tree.links.new(first.outputs[0], ends[0])
+    tree.links.new(light.outputs[0], ends[1])
+    assert "adds metals" not in messages(translate())
+    tree.links.new(second.outputs[0], ends[1])
+    assert ("adds metals" in messages(translate())) is tells
+
+
+@pytest.mark.parametrize("has_lamp", [True, False])
+def test_shadow_linking_of_emission_beside_lamps_gets_a_note(build, translate, has_lamp):
+    """Shadow linking of an object that emits nothing has none."""
+    ground, ball = build.plane(name="Ground", size=10.0), smooth_cube()
+    ball.location.z = 3.0
+    linked = bpy.data.collections.new("casts shadows")
+    linked.objects.link(ball)
+    ground.light_linking.blocker_collection = ball.light_linking.blocker_collection = linked
+    if has_lamp:
+        build.light("POINT")
+    assert "shadow linking" not in messages(translate())
+    shaded(ball, "ShaderNodeEmission")
+    found = [note.subject for note in translate().notes if "shadow linking" in note.message]
+    assert found == ([ball.name] if has_lamp else [])

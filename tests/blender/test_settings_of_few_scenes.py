@@ -101,7 +101,7 @@ def test_visibility_that_a_volume_does_not_follow_is_named(build, translate, kin
     thing = build.plane(material=material)
     assert "volume" not in messages(translate())
     setattr(thing, setting, setting.startswith("is_"))
-    assert ("its volume" in messages(translate())) == (kind == "fog" and setting != "visible_shadow")
+    assert ("its volume" in messages(translate())) == (kind == "fog")
 
 
 @pytest.mark.parametrize("has_surface", [False, True])

@@ -55,7 +55,7 @@ def test_strands_are_as_thick_as_in_cycles(build, translate, name):
     for x, end in ((0, 3), (9, 2)):
         strand = mesh.positions[np.abs(mesh.positions[:, 0] - x) < 4]
         assert [_mean_radius(strand, z) for z in (0, 1, end)] == pytest.approx([expected] * 3, rel=0.005)
-    assert not scene.notes
+    assert all("open at their ends" in note.message for note in scene.notes)
 
 
 def test_infinite_radii_of_curves_leave_out_their_strands(build, translate):
@@ -65,3 +65,12 @@ def test_infinite_radii_of_curves_leave_out_their_strands(build, translate):
     scene = translate()
     assert scene.meshes[0].positions[:, 0].max() < 1
     assert any("3 of its points" in note.message for note in scene.notes)
+
+
+@pytest.mark.parametrize(("radii", "tells"), [([0.1] * 7, True), ([0.1, 0.1, 0.1, 0] * 2, False), ([0.01] * 7, False)])
+def test_wide_ends_of_strands_get_a_note(build, translate, radii, tells):
+    """The ends of tubes are open; Cycles closes them."""
+    assert _hair(build, "FLOAT", "POINT", "value", [0.1])
+    values = np.array(radii[:7] if tells or radii[0] < 0.1 else [*radii[:4], 0.1, 0.1, 0.0], np.float32)
+    bpy.data.hair_curves["Hair"].attributes["radius"].data.foreach_set("value", values)
+    assert any("open at their ends" in note.message for note in translate().notes) is tells

@@ -21,6 +21,7 @@ from ..shading.materials import TranslatedMaterial
 from ..visibility import seen_as, shown_by
 from . import curves_mesh, particle_mesh, points_mesh
 from .carried import content_of, radii_of
+from .ends import has_open_ends
 
 FLAT = 1e-30
 """Volume of an object's unit cube below which positions in the object are not defined."""
@@ -34,6 +35,8 @@ def place_strands(found: Any, obj: Any, instance: Any, materials: list[Translate
         _note_left_out(found, obj)
         _note_unread(found, obj, reads, mesh)
         _note_other_light(found, obj, materials)
+        if obj.type == "CURVES":
+            _note_open_ends(found, obj, mesh)
         if obj.type == "POINTCLOUD" and _is_stretched(instance):
             found.translation.note(obj.name, "its points are stretched; Cycles shades them with the normals of balls")
         modes = obj.data.attributes.get("normal_mode")
@@ -95,6 +98,7 @@ def place_hair(found: Any, instance: Any, materials_of: Callable[[Any], list[Tra
             continue
         if settings.kink == "SPIRAL" and len(system.child_particles):
             translation.note(obj.name, "the spirals at the ends of its hair differ a little from those of Cycles")
+        _note_open_ends(found, obj, mesh)
         _note_unread(found, obj, material.reads, mesh)
         _note_other_light(found, obj, [material])
         _enter(found, instance, name, mesh, [material])
@@ -122,6 +126,15 @@ def _enter(found: Any, instance: Any, name: str, mesh: Mesh, materials: list[Tra
 
 def _with(instance: Instance, random: float, attributes: Any) -> Instance:
     return replace(instance, random=random, attributes=attributes)
+
+
+def _note_open_ends(found: Any, obj: Any, mesh: Mesh) -> None:
+    """Note strands whose ends are wide."""
+    if has_open_ends(mesh):
+        message = (
+            "wide strands of its hair are open at their ends, where Cycles closes them; let their radius fall to 0"
+        )
+        found.translation.note(obj.name, message)
 
 
 def _note_left_out(found: Any, obj: Any) -> None:
