@@ -31,4 +31,5 @@ def has_open_ends(tubes: Mesh) -> bool:
     lengths = np.bincount(strand, steps)
     ends = np.flatnonzero(~joined)
     ends = ends if len(ends) == len(lengths) else np.append(ends, len(rings) - 1)
-    return bool((widths[ends] > THICK * lengths).mean() > FEW)
+    # A ring that nothing joins is a point beside one that is not finite.
+    return bool(((widths[ends] > THICK * lengths) & (lengths > 0)).mean() > FEW)
