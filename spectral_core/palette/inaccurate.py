@@ -34,6 +34,9 @@ MOST_UNKNOWNS, MOST_NAMES = 4000, 4
 """Largest side for which that is tested, which takes up to a second; and most cells that a message names."""
 PROVEN = 1e-9
 """Share of the largest color by which exact cells must miss for a proof that they conflict."""
+NO_LIGHT = 1e-7
+"""Color per sample of the grid, in linear RGB, below which a designed light is black. Reflectance below which a
+designed material is."""
 ROUNDING = 1e-14
 """Share of a color that may be rounding of its sum."""
 
@@ -111,6 +114,42 @@ def only_black(problem: PaletteProblem, solved: tuple[Assembled, Answer] | None,
         f"compromise is shown, which misses exact cells by {worst:.1g} in linear RGB. Make one of them not exact, or "
         "choose another light."
     )
+
+
+def unlit(problem: PaletteProblem, state: PaletteState) -> list[str]:
+    """A note on each designed light, and each designed material, that is black because no cell needs more of it."""
+    notes, brightest = [], np.abs(state.light_matrices()[0]).max(axis=(1, 2))
+    for j, light in enumerate(problem.lights):
+        if light.free and brightest[j] < NO_LIGHT:
+            white = "; its required white allows every brightness, also 0" if light.white_xyz is not None else ""
+            notes.append(
+                f"light {light.name!r} is black, which meets all requests of its column{white}. Require it to keep its "
+                "luminance (Keep Brightness), or give one of these cells a color other than black"
+            )
+    for material, values, row in zip(problem.reflectances, state.reflectances, problem.cells, strict=True):
+        is_asked = any(cell.mode in (CellMode.BLACK, CellMode.FIXED) for cell in row)
+        if values is not None and not is_asked and np.abs(values).max() < NO_LIGHT:
+            remedy = "give one of its cells a color if it should not be black"
+            notes.append(f"material {material.name!r} is black, which meets all its requests; {remedy}")
+    return notes
+
+
+def white_remedy(problem: PaletteProblem, whites: list[int]) -> str:
+    """What helps designed lights (``whites``) whose white is impossible."""
+    texts = []
+    for has_primaries in (True, False):
+        own = [f"“{problem.lights[j].name}”" for j in whites if bool(problem.lights[j].primaries) is has_primaries]
+        if own and has_primaries:
+            texts.append(
+                f"The primaries of {', '.join(own)} cannot make the white that the light must show, in any amounts. "
+                "Add a primary on the other side of that white, choose another white, or do not require one."
+            )
+        elif own:
+            texts.append(
+                f"No light has the white that {', '.join(own)} must show: it is more saturated than the colors of the "
+                "spectrum. Choose another white, or do not require one."
+            )
+    return " ".join(texts)
 
 
 def is_proven(problem: PaletteProblem, solved: Iterable[tuple[Assembled, Answer]]) -> bool:

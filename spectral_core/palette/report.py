@@ -14,7 +14,15 @@ from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.cell_errors import CellErrors, cell_errors
-from spectral_core.palette.inaccurate import excluded_pair, extreme_number, is_proven, missed_as_measured, only_black
+from spectral_core.palette.inaccurate import (
+    excluded_pair,
+    extreme_number,
+    is_proven,
+    missed_as_measured,
+    only_black,
+    unlit,
+    white_remedy,
+)
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.palette.qp.block import DIM
 from spectral_core.palette.qp.optimality import Check, checked
@@ -54,11 +62,8 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
     status = _status(builder, state, trace, bounds, errors)
     if whites:
         status = PaletteStatus.EXACT_CONFLICT
-    status, remedy = (status, _white_remedy(problem, whites)) if whites else _named_cause(builder, state, status, trace)
-    if status is PaletteStatus.INVISIBLE:
-        trace.notes.extend(f"light {problem.lights[j].name!r} gives no color" for j in invisible_lights(builder, state))
-        dark = black_materials(builder, state)
-        trace.notes.extend(f"material {problem.reflectances[i].name!r} is black under every light" for i in dark)
+    status, remedy = (status, white_remedy(problem, whites)) if whites else _named_cause(builder, state, status, trace)
+    dark = _dark_notes(builder, state) if status is PaletteStatus.INVISIBLE else [] if whites else unlit(problem, state)
     return PaletteSolution(
         problem=problem,
         illuminants=tuple(_light(problem, state, j) for j in range(len(problem.lights))),
@@ -75,7 +80,7 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
         remedy=remedy,
         rounds=trace.rounds,
         engines=tuple(name for name, _ in trace.engines.most_common()),
-        notes=tuple(trace.notes),
+        notes=(*trace.notes, *dark),
         light_scale=state.light_scale,
         timings=dict(trace.timings),
         amounts=tuple(
@@ -141,23 +146,6 @@ def without_white(solution: PaletteSolution) -> set[int]:
     return set() if solution.state is None else set(unreachable_whites(solution.problem, solution.state))
 
 
-def _white_remedy(problem: PaletteProblem, whites: list[int]) -> str:
-    texts = []
-    for has_primaries in (True, False):
-        own = [f"“{problem.lights[j].name}”" for j in whites if bool(problem.lights[j].primaries) is has_primaries]
-        if own and has_primaries:
-            texts.append(
-                f"The primaries of {', '.join(own)} cannot make the white that the light must show, in any amounts. "
-                "Add a primary on the other side of that white, choose another white, or do not require one."
-            )
-        elif own:
-            texts.append(
-                f"No light has the white that {', '.join(own)} must show: it is more saturated than the colors of the "
-                "spectrum. Choose another white, or do not require one."
-            )
-    return " ".join(texts)
-
-
 def invisible_lights(builder: Assembler, state: PaletteState) -> list[int]:
     """Lights with requested colors other than black in their column that show no color on this grid."""
     sensed = np.abs(state.light_matrices()[0]).max(axis=(1, 2))
@@ -173,6 +161,12 @@ def black_materials(builder: Assembler, state: PaletteState) -> list[int]:
     asked = {t.cell[0] for t in builder.requests.targets if np.any(t.color) and state.lights[t.cell[1]] is not None}
     is_unlimited = not np.isfinite(builder.problem.light_bounds[1])
     return [i for i in sorted(asked) if is_unlimited and sensed[i] < DIM]
+
+
+def _dark_notes(builder: Assembler, state: PaletteState) -> list[str]:
+    problem, lights, materials = builder.problem, invisible_lights(builder, state), black_materials(builder, state)
+    notes = [f"light {problem.lights[j].name!r} gives no color" for j in lights]
+    return notes + [f"material {problem.reflectances[i].name!r} is black under every light" for i in materials]
 
 
 def bound_violation(problem: PaletteProblem, state: PaletteState) -> float:
