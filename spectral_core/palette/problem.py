@@ -55,7 +55,9 @@ class PaletteLight:
         }
         given = [word for word, asked in requests.items() if asked]
         if given and not self.free:
-            raise InvalidInputError(f"light {self.name!r} is fixed, so {', '.join(given)} cannot be required; free it")
+            raise InvalidInputError(
+                f"light {self.name!r} is fixed, so {', '.join(given)} cannot be required; let it be designed: free=True"
+            )
         if self.free and self.variants:
             raise InvalidInputError(f"light {self.name!r} is designed; only a measured light can have variants")
         if self.white_xyz is not None:

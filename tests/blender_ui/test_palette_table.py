@@ -10,6 +10,8 @@ pytest.importorskip("bpy")
 
 from blender_addon import compat
 from blender_addon.translate.palette import from_scene, table
+from blender_addon.translate.palette.problem import palette_problem
+from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import linear_from_display_rgb
 
 
@@ -264,3 +266,19 @@ def test_what_cannot_be_read_leaves_the_table_as_it_was(blender):
         blender.ops.spectral.palette_from_scene()
     assert [*palette.lights.keys(), *palette.materials.keys(), palette.status, palette.is_stale] == before
     assert {len(row.cells) for row in palette.materials} == {2}
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("brightness", "Light Level of the table is nan"),
+        ("intensity", "Brightness of light 'day' is nan"),
+        ("grid_start", "of the table is nan"),
+        ("smoothness", "of the table is nan"),
+    ],
+)
+def test_a_number_that_is_none_is_named_by_its_label(palette, name, words):
+    """Only a script can store it."""
+    setattr(palette.lights[0] if name == "intensity" else palette, name, np.nan)
+    with pytest.raises(InvalidInputError, match=words):
+        palette_problem(palette)

@@ -14,7 +14,7 @@ from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectanc
 
 from ...properties.palette_cell import BOXED, REFERRING
 from ..spectra.stored import spectrum_of
-from .settings import settings_of
+from .settings import finite, settings_of
 from .table import places, references
 
 
@@ -64,7 +64,7 @@ def _normalized(
 
 
 def _light(palette: PropertyGroup, light: PropertyGroup, grid: SpectralGrid) -> PaletteLight:
-    luminance = palette.brightness * light.intensity
+    luminance = finite(palette, "brightness", "of the table") * finite(light, "intensity", f"of light {light.name!r}")
     start = _illuminant(light, luminance, light.name)
     if light.design == "MEASURED":
         variants = tuple(_illuminant(each, luminance, _lamp_name(each)) for each in light.variants)

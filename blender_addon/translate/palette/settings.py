@@ -20,10 +20,20 @@ Values = dict[str, Any]
 
 
 def settings_of(palette: bpy.types.PropertyGroup) -> dict[str, Any]:
-    """Keyword arguments of PaletteProblem. Raises InvalidInputError for wavelengths in descending order."""
+    """Keyword arguments of PaletteProblem. Raises InvalidInputError for wavelengths in descending order, and NaN."""
     values = {name: getattr(palette, name) for name in PALETTE_FIELDS}
+    for name in [name for name, value in values.items() if isinstance(value, float)]:
+        finite(palette, name, "of the table")
     named = {core: name for name, field in PALETTE_FIELDS.items() for core in field.core}
     return {core: _READ[core](values) if core in _READ else values[name] for core, name in named.items()}
+
+
+def finite(holder: bpy.types.PropertyGroup, name: str, whose: str) -> float:
+    """A number of the table. Raises InvalidInputError with its label if it is none: a script may store NaN."""
+    number = float(getattr(holder, name))
+    if not np.isfinite(number):
+        raise InvalidInputError(f"{holder.bl_rna.properties[name].name} {whose} is {number}; expected a number")
+    return number
 
 
 def store_settings(palette: bpy.types.PropertyGroup, problem: PaletteProblem) -> list[str]:

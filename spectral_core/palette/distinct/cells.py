@@ -98,7 +98,7 @@ def distinct_cells(builder: Assembler, state: PaletteState, assembled: Assembled
     block_of = {item: k for k, item in enumerate(items)}
     if not any(cell[0] in block_of for cell in cells):
         raise InvalidInputError(
-            "no cell with a reflectance to design is 'distinct'; make one distinct, or free its reflectance"
+            "no cell with a reflectance to design is 'distinct'; make one distinct, or let its reflectance be designed"
         )
     by_light = state.light_matrices()[0]
     shown = state.colors()

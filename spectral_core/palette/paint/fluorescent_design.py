@@ -181,6 +181,6 @@ def _require_supported(problem: PaletteProblem, dyes: Dyes) -> None:
             raise InvalidInputError(f"dyes for reflectance {item}; expected 0 to {len(problem.reflectances) - 1}")
         if not problem.reflectances[item].free:
             raise InvalidInputError(
-                f"reflectance {problem.reflectances[item].name!r} is measured, so no dye can be designed into it; free "
-                "it"
+                f"reflectance {problem.reflectances[item].name!r} is measured, so no dye can be designed into it; let "
+                "it be designed (Spectrum: Designed; in a file, give it no spectrum)"
             )
