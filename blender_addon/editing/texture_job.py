@@ -69,6 +69,18 @@ def folder_of(design: PropertyGroup) -> Path:
     return Path(bpy.path.abspath(design.folder, library=library))
 
 
+def _require_own(folder: Path, scene: Scene) -> None:
+    """Raise InvalidInputError if the folder has the texture of another scene, whose files have the same names."""
+    for other in bpy.data.scenes:
+        design = other.spectral.texture
+        is_own = design.texture_file and design.designed_as == other.name  # not that of the scene that it is a copy of
+        if other != scene and is_own and folder_of(design).absolute() == folder.absolute():
+            raise InvalidInputError(
+                f"the folder {folder} has the texture of the scene {other.name!r}, which would be lost; choose another "
+                "folder for this one"
+            )
+
+
 def start(scene: Scene) -> None:
     """Start a design. Raises InvalidInputError if something is missing, or if a design is running."""
     global _job
@@ -76,6 +88,7 @@ def start(scene: Scene) -> None:
         raise InvalidInputError("a texture is being designed; wait for it or cancel it")
     design = scene.spectral.texture
     folder = folder_of(design)
+    _require_own(folder, scene)
     make_folder(folder)
     project = project_of(design, folder)
     document = folder / DOCUMENT
@@ -118,7 +131,7 @@ def look() -> bool:
 
 def _take_over(design: PropertyGroup, folder: Path) -> None:
     figures = json.loads((folder / "report.json").read_text("utf-8"))
-    design.texture_file = str(folder / "texture.exr")
+    design.texture_file, design.designed_as = str(folder / "texture.exr"), design.id_data.name
     design.report = "\n".join(report_lines(figures))
     design.status = told_if_temporary(folder)
     for number in (1, 2):

@@ -138,6 +138,7 @@ class SpectralTextureDesign(bpy.types.PropertyGroup):
     texture_file: StringProperty(
         subtype="FILE_PATH", options=path_options(), description="The texture that was designed last"
     )
+    designed_as: StringProperty(description="Name of the scene when its texture was designed")
     report: StringProperty(description="Contrast and errors of the result, one line each")
     lost_1: PointerProperty(type=bpy.types.Image, description="Color error of picture 1; white is ΔE 10 or more")
     lost_2: PointerProperty(type=bpy.types.Image, description="Color error of picture 2; white is ΔE 10 or more")

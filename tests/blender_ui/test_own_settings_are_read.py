@@ -82,7 +82,8 @@ NO_INPUT = {
         SpectralSweep.total SpectralSweep.is_under_way
         SpectralTextureDesign.is_under_way SpectralTextureWantedColor.outcome SpectralTextureWantedColor.reached
         SpectralTextureDesign.status SpectralTextureDesign.failed SpectralTextureDesign.progress
-        SpectralTextureDesign.texture_file SpectralTextureDesign.report SpectralTextureDesign.lost_1
+        SpectralTextureDesign.texture_file SpectralTextureDesign.designed_as
+        SpectralTextureDesign.report SpectralTextureDesign.lost_1
         SpectralTextureDesign.lost_2 SpectralRecipe.text SpectralRecipe.met SpectralRecipe.spectrum
         SpectralRecipe.found_kind"""),
     **because(NUMBER, "SpectralPalette.next_uid SpectralPaletteLight.uid SpectralPaletteMaterial.uid "

@@ -23,8 +23,8 @@ from spectral_core.spectra.files import write_spectra
 from tests.settings_walk import ignored_settings, other_rna, read_rna, settings_of
 
 AFTER_A_TEXTURE = {
-    "folder", "status", "failed", "progress", "is_under_way", "texture_file", "report", "lost_1", "lost_2", "lamp_1",
-    "lamp_2",
+    "folder", "status", "failed", "progress", "is_under_way", "designed_as", "texture_file", "report", "lost_1",
+    "lost_2", "lamp_1", "lamp_2",
 }  # fmt: skip
 """Properties that are no input: the folder of the design, its results, and the lamps that get its lights."""
 AFTER_A_RECIPE = {"text", "met", "spectrum", "found_kind"}

@@ -181,3 +181,18 @@ def test_a_file_saved_during_a_design_says_so(scene: Any, tmp_path: Any) -> None
     bpy.ops.wm.open_mainfile(filepath=path)
     now = bpy.context.scene.spectral.texture
     assert "saved while this ran; press Design Texture" in now.status and not now.is_under_way
+
+
+def test_the_texture_of_another_scene_is_not_overwritten(scene: Any, tmp_path: Any) -> None:
+    """A full copy of a scene has the same folder."""
+    own = scene.spectral.texture
+    own.texture_file, own.designed_as = str(tmp_path / "spectral_texture" / "texture.exr"), scene.name
+    bpy.ops.scene.new(type="FULL_COPY")
+    copy = bpy.context.scene
+    assert copy != scene
+    with pytest.raises(InvalidInputError, match=f"has the texture of the scene {scene.name!r}, which would be lost"):
+        texture_job.start(copy)
+    started(scene)
+    texture_job.cancel()
+    copy.spectral.texture.folder = "//another"
+    started(copy)
