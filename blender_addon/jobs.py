@@ -95,6 +95,8 @@ process = RenderProcess(niceness=NICENESS)
 
 _running = [0]
 """Number of renders of the engine, icons included, that have not returned to Blender."""
+_counting = threading.Lock()
+"""Icons and a render are on different threads, and a sum in place takes several steps."""
 _ending = threading.Event()
 END_S, NEXT_S, FREE_S = 20.0, 2.0, 0.5
 """Longest waits for the end of renders and for the beginning of one, and for Blender to free the engine after it."""
@@ -104,11 +106,13 @@ POLL_S = 0.02
 @contextmanager
 def under_way() -> Iterator[None]:
     """Within it the engine renders, on a thread of Blender's."""
-    _running[0] += 1
+    with _counting:
+        _running[0] += 1
     try:
         yield
     finally:
-        _running[0] -= 1
+        with _counting:
+            _running[0] -= 1
 
 
 def is_ending() -> bool:

@@ -39,7 +39,7 @@ class Import:
     folder
         For the OpenVDB files.
     preset
-        The looks that the imported volumes get.
+        Name of the preset of their transfer functions.
     is_sequence
         True if the file belongs to a sequence of frames, all of which are imported.
     centered
@@ -125,7 +125,9 @@ class Import:
 
 @dataclass
 class Imported:
-    """A volume that was read and written. ``frames``: their number in a sequence, else 0; ``longest``: side."""
+    """A volume that was read and written. ``frames``: their number in a sequence, else 0; ``longest``: length of its
+    longest side.
+    """
 
     name: str
     source: Path
