@@ -62,6 +62,7 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
         }
         _note_faces(translation, scene, meshes, passes)
     _note_holes(translation, scene)
+    _note_shadows_of_volumes(translation, scene)
     _note_emission_with_shadow_links(
         translation, scene, {name for name, each in surfaces.items() if any(emissions_of(each))}
     )
@@ -99,6 +100,18 @@ def _note_holes(translation: Translation, scene: Scene) -> None:
             translation.note(instance.shown_as or instance.name, message)
         if instance.is_shadow_catcher:
             message = "it is a shadow catcher that does not catch the shadows of volumes; in Cycles it catches them"
+            translation.note(instance.shown_as or instance.name, message)
+
+
+def _note_shadows_of_volumes(translation: Translation, scene: Scene) -> None:
+    """Note objects with volumes whose shadow linking leaves out a lamp."""
+    filled = {material.name for material in scene.materials if material.medium is not None}
+    for instance in scene.instances:
+        if instance.clear_for and filled.intersection(instance.materials):
+            lamps = ", ".join(map(repr, instance.clear_for))
+            message = (
+                f"its volume takes light of {lamps} away, although Shadow Linking excludes the object as a blocker"
+            )
             translation.note(instance.shown_as or instance.name, message)
 
 

@@ -48,6 +48,8 @@ class Collected:
     lights: list[Light] = field(default_factory=list)
     volumes: list[VolumeObject] = field(default_factory=list)
     linking: Linking = field(default_factory=Linking)
+    volume_owners: list[tuple[str, Any, Any]] = field(default_factory=list)
+    """Of each volume with a transfer function the object's name, the original object, and what shows it."""
     points: InstancePoints = field(default_factory=InstancePoints)
     """The instances of each instancer as points."""
     originals: list[Any] = field(default_factory=list)
@@ -160,6 +162,7 @@ def _walked(found: Collected, shows: Callable[[Any], bool], begun: Begun | None 
         found.instances = [
             _linked(found, *each) for each in zip(found.instances, found.originals, found.shown_by, strict=True)
         ]
+        _note_linked_volumes(found)
     found.settled = tuple(found.instances)
     return found
 
@@ -204,6 +207,13 @@ def _linked(found: Collected, item: Instance, obj: Any, shown_by: Any) -> Instan
     )  # fmt: skip
 
 
+def _note_linked_volumes(found: Collected) -> None:
+    """Note volumes with transfer functions that the linking of a lamp leaves out."""
+    for name, *owners in found.volume_owners:
+        if found.linking.unlit_by(*owners) or found.linking.clear_for(*owners):
+            found.translation.note(name, "Light Linking has no effect on a volume with a transfer function")
+
+
 def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
     translation = found.translation
     if obj.type == "LIGHT":
@@ -229,6 +239,7 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     if has_transfer(settings_data(obj, found.translation.depsgraph)):
         volume = translate_volume(found, found.unique("volume", obj.name_full), obj, instance)
         found.volumes.append(volume)
+        found.volume_owners.append((obj.name, obj.original, shown_by(instance)))
         return
     override = overridden(found.translation.depsgraph, "material_override")
     item = _translated(found, override or _materials(obj)[0], of_volume=True)

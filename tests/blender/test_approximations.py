@@ -226,6 +226,21 @@ def test_a_sum_of_metals_gets_a_note(build, translate, joins, tells):
     assert ("adds metals" in messages(translate())) is tells
 
 
+def test_a_volume_that_shadow_linking_excludes_as_a_blocker_gets_a_note(build, translate):
+    ball, lamp = smooth_cube(), build.light("POINT")
+    linked = bpy.data.collections.new("casts no shadow")
+    linked.objects.link(ball)
+    lamp.light_linking.blocker_collection = linked
+    linked.collection_objects[0].light_linking.link_state = "EXCLUDE"
+    assert not translate().notes
+    tree, _ = shaded(ball, "ShaderNodeBsdfDiffuse")
+    fog, output = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes["Material Output"]
+    tree.links.new(fog.outputs[0], output.inputs["Volume"])
+    assert [(note.subject, note.message) for note in translate().notes] == [
+        (ball.name, f"its volume takes light of {lamp.name!r} away, although Shadow Linking excludes the object as a blocker")
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("has_lamp", [True, False])
 def test_shadow_linking_of_emission_beside_lamps_gets_a_note(build, translate, has_lamp):
     """Shadow linking of an object that emits nothing has none."""

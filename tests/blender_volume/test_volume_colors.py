@@ -48,6 +48,19 @@ def test_visibility_that_a_volume_does_not_follow_is_named(blender, ramp):
     ]
 
 
+@pytest.mark.parametrize("collection", ["receiver_collection", "blocker_collection"])
+def test_linking_that_a_volume_does_not_follow_is_named(blender, ramp, collection):
+    thing = imported(ramp[0], preset="wide")
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    bpy.context.collection.objects.link(lamp)
+    chosen = bpy.data.collections.new("Linked")
+    chosen.objects.link(thing)
+    setattr(lamp.light_linking, collection, chosen)
+    assert not any("Linking" in note.message for note in translated().notes)
+    chosen.collection_objects[0].light_linking.link_state = "EXCLUDE"
+    assert [note.subject for note in translated().notes if "Light Linking" in note.message] == [thing.name]
+
+
 def test_weights_at_one_slope_are_stored(blender, ramp):
     from blender_addon.translate.volume_looks import transfer as looks
     from spectral_core.volume.documents.transfer_document import TransferDocument

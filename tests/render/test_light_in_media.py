@@ -58,11 +58,11 @@ def _column(*, floor: bool, transport: str = "rgb") -> Scene:
     )
 
 
-def _once_scattered(*, floor: bool) -> float:
+def _once_scattered(*, floor: bool, lamps: tuple[PointLight, ...] = LAMPS) -> float:
     """The same by the trapezoidal rule: fog, inverse square law and an isotropic phase function."""
     z = np.linspace(-0.5 if floor else -1.0, 1.0, 100_001)
     total = np.zeros_like(z)
-    for lamp in LAMPS:
+    for lamp in lamps:
         away = np.linalg.norm(np.stack([0 * z, 0 * z, z], axis=1) - lamp.world_from_light[:3, 3], axis=1)
         irradiance = lamp.power_w / (4 * np.pi) / away**2
         total += ALBEDO * DENSITY / (4 * np.pi) * irradiance * np.exp(-DENSITY * (1 - z + away))

@@ -47,8 +47,7 @@ def receiver_of(path: Any, tables: Any) -> Receiver:
     import drjit as dr
 
     floats = None if tables.media is None else dr.squared_norm(path.before.n) == 0.0
-    lit = type(path.before_both)(True) if floats is None else ~floats
-    rules = {"kinds": path.before_kinds, "unlit": tables.unlit_by(path.before_shape, lit)}
+    rules = {"kinds": path.before_kinds, "unlit": tables.unlit_by(path.before_shape)}
     return Receiver(path.before.p, path.before.n, path.before_both, floats, **rules)
 
 

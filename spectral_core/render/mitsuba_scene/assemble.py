@@ -103,10 +103,10 @@ def load_scene(
     context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     look_through(context.tables, scene.camera, scene.film)
-    shapes = Shapes(context, scene)
+    bits = _link_bits(context, scene)
+    shapes = Shapes(context, scene, bits)
     parts = shapes.geometry.parts
     placements, lamps, rules = dict[str, list[Any]](), dict[str, list[light.LightObject]](), RayRules()
-    bits = _link_bits(context, scene)
     for number, there in _place(scene, shapes, rules, bits):
         placements[scene.instances[number].name] = there
         for shape_number, shape in enumerate(there):
@@ -170,8 +170,8 @@ def _place(scene: Scene, shapes: Shapes, rules: RayRules, bits: dict[str, int]) 
             | (HOLDOUT if instance.is_holdout else 0)
             | (STRAND if instance.mesh in strands else 0)
         )
-        unlit, clear = (sum({bits.get(name, 0) for name in names}) for names in (instance.unlit_by, instance.clear_for))
-        rules.add_shapes(placed, hidden_bits, unlit, clear)
+        clear = sum({bits.get(name, 0) for name in instance.clear_for})
+        rules.add_shapes(placed, hidden_bits, shapes.unlit_by(instance), clear)
         yield number, placed
 
 
@@ -186,7 +186,7 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
         if instance.name in bits:
             rules.links.append((source, bits[instance.name].bit_length() - 1))
     around = shapes.fill(scene.world.medium, "World", scene.world.group)
-    rules.media, rules.inside = shapes.media, shapes.inside
+    rules.media, rules.inside, rules.unlit_media = shapes.media, shapes.inside, shapes.unlit_media
     if rules.media:
         eye = scene.camera.world_from_camera[:3, 3]
         camera = media_at(shapes.context.mitsuba, loaded, rules.inside, eye, around)

@@ -14,7 +14,7 @@ import numpy as np
 
 from spectral_core.render.plugins.numbers import Rows, table
 from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
-from spectral_core.render.trace.media.table import Media, MediaAround, MediumRow
+from spectral_core.render.trace.media.table import IN_MEDIUM, Media, MediaAround, MediumRow
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32
@@ -54,6 +54,8 @@ class RayRules:
     """``MeshTables`` of the scene."""
     media: list[MediumRow] = field(default_factory=list)
     """The media of shapes and of the world, by number from 1."""
+    unlit_media: list[tuple[int, int]] = field(default_factory=list)
+    """By medium the linked lights that do not illuminate it."""
     inside: list[tuple[Any, int]] = field(default_factory=list)
     """By shape the number of its medium, and True if the shape is only the border of the medium."""
     around: MediaAround = field(default_factory=MediaAround)
@@ -85,6 +87,7 @@ class Tables:
         self.shadowless = self._table(emitter, [(item, 1) for item in rules.shadowless])
         self.links = self._table(emitter, [(item, number + 1) for item, number in rules.links])
         self.unlit = self._table(shape, rules.unlit)
+        self.unlit_media = self._table(shape, rules.unlit_media)
         self.clear = self._table(shape, rules.clear)
         self.camera_world, self.subsurface, self.disks = rules.camera_world, rules.subsurface, rules.disks
         self.surfaces, self.meshes = rules.surfaces, rules.meshes
@@ -170,8 +173,8 @@ class Tables:
         return dr.select(leaves, beyond, ray), meets & ~leaves
 
     def lights_it(self, emitter: Any, kind: Any, bounces: Any, receiver: Any) -> Any:
-        """True if an emitter illuminates a receiver (a shape's number) along a type of ray, after a number of
-        bounces.
+        """True if an emitter illuminates a receiver (a shape's number, or ``in_media.receiver``) along a type of ray,
+        after a number of bounces.
         """
         mi = self._mi
         lit = mi.Bool(True)
@@ -180,17 +183,20 @@ class Tables:
         if self.light_bounces is not None:
             most = self.look_up(self.light_bounces, emitter)
             lit &= (most == 0) | (bounces < most)
-        if self.links is not None and self.unlit is not None:
-            lit &= (self.look_up(self.unlit, receiver) & self._bit(emitter)) == 0
+        unlit = self.unlit_by(receiver)
+        if unlit is not None:
+            lit &= (unlit & self._bit(emitter)) == 0
         return lit
 
-    def unlit_by(self, receiver: Any, active: Any) -> Any:
-        """Bits of the linked lights that do not illuminate a receiver (a shape's number); None without linking."""
-        import drjit as dr
-
-        if self.links is None or self.unlit is None:
+    def unlit_by(self, receiver: Any) -> Any:
+        """Bits of the linked lights that do not illuminate a receiver; None without linking."""
+        if self.links is None or (self.unlit is None and self.unlit_media is None):
             return None
-        return dr.select(active, self.look_up(self.unlit, receiver), 0)
+        found = self.look_up(self.unlit, receiver)
+        if self.unlit_media is not None:
+            # without the bit, the number of a shape becomes one that no medium has
+            found |= self.look_up(self.unlit_media, receiver ^ self._mi.UInt32(IN_MEDIUM))
+        return found
 
     def casts_shadow(self, shape: Any, emitter: Any) -> Any:
         """True if a shape occludes the light of an emitter."""

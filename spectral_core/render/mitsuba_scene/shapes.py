@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -27,18 +27,21 @@ SHARED_TRIANGLES = 20_000
 
 
 class Shapes:
-    """Shapes of a scene's instances; closures and media are made once per material. ``geometry`` may have been built
-    for another scene.
+    """Shapes of a scene's instances; closures and media are made once per material. ``links``: bits of linked lights.
+    ``geometry`` may have been built for another scene.
     """
 
-    def __init__(self, context: Context, scene: Scene) -> None:
+    def __init__(self, context: Context, scene: Scene, links: Mapping[str, int]) -> None:
         self.context = context
+        self._links = links
         self.materials = {material.name: material for material in scene.materials}
         self.media: list[MediumRow] = []
         self.inside: list[tuple[Any, int]] = []
         """Shapes that contain a medium: its number, from 1, and True if the shape is only the border of the medium."""
-        self._numbers: dict[tuple[str, str], int] = {}
-        """Numbers of the media by material, and by light group if that matters."""
+        self.unlit_media: list[tuple[int, int]] = []
+        """Media with light linking: the number, and the bits of the lights that do not illuminate it."""
+        self._numbers: dict[tuple[str, str, int], int] = {}
+        """Numbers of the media by material, by light group if that matters, and by the lights that leave them out."""
         passes = scene.settings.passes
         self._keeps_groups = context.switches is not None or (passes is not None and bool(passes.light_groups))
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
@@ -167,17 +170,25 @@ class Shapes:
         return len(self.media)
 
     def number_of_medium(self, material: str) -> int:
-        """Number of the medium of a material, 0 for none."""
-        return self._numbers.get((material, ""), 0)
+        """Number of the medium of a material; 0 if it has none, or several that light groups or linking tell apart."""
+        found = {number for (name, *_), number in self._numbers.items() if name == material}
+        return found.pop() if len(found) == 1 else 0
+
+    def unlit_by(self, instance: Instance) -> int:
+        """Bits of the linked lights that do not illuminate an instance."""
+        return sum({self._links.get(name, 0) for name in instance.unlit_by})
 
     def _remember_medium(self, instance: Instance, index: int, shape: Any) -> None:
         material = self._material(instance, index)
         medium = material.medium
         # the light of a medium belongs to the group of its object
         has_group = self._keeps_groups and medium is not None and medium.emission_strength > 0
-        key = material.name, instance.group if has_group else ""
+        unlit = 0 if medium is None else self.unlit_by(instance)
+        key = material.name, instance.group if has_group else "", unlit
         if key not in self._numbers:
             self._numbers[key] = self.fill(medium, material.name, instance.group)
+            if unlit and self._numbers[key]:
+                self.unlit_media.append((self._numbers[key], unlit))
         number = self._numbers[key]
         if number:
             self.inside.append((shape, number | (ONLY_BORDER if material.surface is None else 0)))

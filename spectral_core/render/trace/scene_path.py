@@ -237,7 +237,8 @@ def scene_path_class(variant: str) -> Any:
             wanted = active & (mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) | floats)
             both, kinds = self.sides_of(bsdf, path.leaves)
             to = Receiver(si.p, self.seen_side(si, path.ray.d), both | floats)
-            to.kinds, to.unlit = dr.select(floats, int(Rays.VOLUME), kinds), self.tables.unlit_by(shape, ~floats)
+            receiver = shape if self.flight is None else dr.select(floats, in_media.receiver(path), shape)
+            to.kinds, to.unlit = dr.select(floats, int(Rays.VOLUME), kinds), self.tables.unlit_by(receiver)
             if self.flight is not None:
                 to.floats, to.stretch = floats, in_media.stretch_of(self.flight, path.ray)
             chosen = self.lights.choose(to, sampler, wanted)
@@ -250,7 +251,7 @@ def scene_path_class(variant: str) -> Any:
             wo = si.to_local(drawn.direction)
             # on a surface, only closures that see the light count; see ``lobes``
             kind = dr.select(floats, int(Rays.VOLUME), dr.select(matt, self.kind_of(bsdf, si, wo), 0))
-            wanted &= self.tables.lights_it(drawn.number, kind, path.depth, dr.select(floats, 0, shape))
+            wanted &= self.tables.lights_it(drawn.number, kind, path.depth, receiver)
             # reflecting lobes check the geometry themselves, with a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
             ray, lifted = self.shadow_ray(si, drawn, -path.ray.d)

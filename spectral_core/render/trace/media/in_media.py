@@ -9,7 +9,7 @@ from spectral_core.render.lights.choice import Chosen, Receiver
 from spectral_core.render.lights.stretch import Stretch
 from spectral_core.render.trace.media import flight as flights
 from spectral_core.render.trace.media.flight import Flight
-from spectral_core.render.trace.media.table import Media
+from spectral_core.render.trace.media.table import IN_MEDIUM, Media
 from spectral_core.scene import Rays
 
 BY_ANGLE = 0.5
@@ -92,6 +92,11 @@ def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], 
     return place, dr.select(flight.varies, at_point, along)
 
 
+def receiver(path: Any) -> Any:
+    """Number of a path's medium as a receiver of light. Where media overlap the innermost one counts, as in Cycles."""
+    return path.medium | type(path.medium)(IN_MEDIUM)
+
+
 def scatter(
     media: Media, of: tuple[Any, Any, Flight], draws: tuple[Any, Any], floats: Any, limits: tuple[Any, Any]
 ) -> Any:
@@ -118,8 +123,7 @@ def scatter(
     path.before_delta &= ~turns
     path.before_both |= turns
     path.before_kinds = dr.select(turns, int(Rays.VOLUME), path.before_kinds)
-    # Shape 0: light linking is defined for surfaces only.
-    path.before_shape = dr.select(turns, 0, path.before_shape)
+    path.before_shape = dr.select(turns, receiver(path), path.before_shape)
     onward = mi.Ray3f(path.ray)
     onward.o, onward.d, onward.maxt = place.p, way, dr.largest(mi.Float)
     path.ray = dr.select(turns, onward, path.ray)

@@ -21,6 +21,8 @@ FARTHEST = 1e12
 """Length of a ray without end in a medium."""
 ONLY_BORDER = 1 << 16
 """Bit of an object without surface: rays pass it unchanged."""
+IN_MEDIUM = 1 << 31
+"""Bit of a receiver of light that is a medium: the rest is its number, which else is that of a shape."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
