@@ -236,9 +236,8 @@ def test_a_volume_that_shadow_linking_excludes_as_a_blocker_gets_a_note(build, t
     tree, _ = shaded(ball, "ShaderNodeBsdfDiffuse")
     fog, output = tree.nodes.new("ShaderNodeVolumeScatter"), tree.nodes["Material Output"]
     tree.links.new(fog.outputs[0], output.inputs["Volume"])
-    assert [(note.subject, note.message) for note in translate().notes] == [
-        (ball.name, f"its volume takes light of {lamp.name!r} away, although Shadow Linking excludes the object as a blocker")
-    ]  # fmt: skip
+    (note,) = translate().notes
+    assert note.subject == ball.name and f"takes light of {lamp.name!r} away" in note.message
 
 
 @pytest.mark.parametrize("has_lamp", [True, False])
