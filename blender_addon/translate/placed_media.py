@@ -18,9 +18,15 @@ from .shading.materials import TranslatedMaterial
 from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box
 from .shading.media.shaders import GRID
 from .viewport.kept import kept_or_made
-from .volumes import GridFile, Lattice
+from .volumes import GridFile
+
+CUT = "its shader gives a volume where the grids have no voxels; it ends one voxel beyond them, elsewhere than in Cycles"
+FAINT = 1e-3
+"""Share of the densest part of a medium below which its end cannot be seen."""
 
 if TYPE_CHECKING:
+    from spectral_core.volume.files.vdb.together import CommonVoxels
+
     from .objects import Collected
 
 
@@ -69,7 +75,13 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
     scale = _density_scale(obj.data, world_from_object)
 
     def make() -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
-        return _filled(item, file.lattice(), placed, scale, material)
+        voxels = file.grids()
+        for grid in voxels.resampled:
+            found.translation.note(obj.name, f"its grid {grid!r} is finer than the voxels that fit; it was resampled")
+        filled = _filled(item, voxels, placed, scale, material)
+        if filled is not None and _is_cut(filled[1].material.medium):
+            found.translation.note(obj.name, CUT)
+        return filled
 
     state = (world_from_object.tobytes(), *_facts(item, placed), file, scale, material)
     made = _kept(found, obj, instance, "medium of a volume", state, make)
@@ -85,24 +97,32 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
 
 
 def _filled(
-    item: TranslatedMaterial, lattice: Lattice, placed: Region, scale: float, name: str
+    item: TranslatedMaterial, voxels: CommonVoxels, placed: Region, scale: float, name: str
 ) -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
-    """The box around a lattice in object space, and the material with its medium; None for empty space."""
-    object_box = lattice.object_from_index @ index_box(lattice.shape)
+    """The box around the voxels in object space, and the material with its medium; None for empty space."""
+    object_box = voxels.world_from_index @ index_box(voxels.shape)
     corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
     half = np.abs(np.ptp(corners, axis=0)) / 2
-    world_from_index = placed.world_from_object @ lattice.object_from_index
+    world_from_index = placed.world_from_object @ voxels.world_from_index
     region = replace(
-        placed, shape=lattice.shape, world_from_index=world_from_index, grids=lattice.grids,
+        placed, shape=voxels.shape, world_from_index=world_from_index, grids=voxels.grids,
         center=corners.mean(axis=0), half=np.where(half == 0, 1.0, half),
     )  # fmt: skip
     assert item.filling is not None
-    medium = item.filling.inside(region.at_voxels, lattice.shape, world_from_index)
+    medium = item.filling.inside(region.at_voxels, voxels.shape, world_from_index)
     if medium is None:
         return None
     medium = replace(medium, density=medium.density * scale, emission_strength=medium.emission_strength * scale)
-    border = lattice.object_from_index @ index_box(lattice.shape, BORDER_MARGIN)
+    border = voxels.world_from_index @ index_box(voxels.shape, BORDER_MARGIN)
     return border, _specific(replace(item, material=replace(item.material, surface=None)), name, medium)
+
+
+def _is_cut(medium: ScatteringMedium | None) -> bool:
+    """True if a medium is not 0 at the faces of its grid."""
+    given = () if medium is None or medium.grid is None else medium.grid.given
+    return any(
+        np.take(values, end, axis=axis).max() > FAINT for values in given for axis in range(3) for end in (0, -1)
+    )
 
 
 def _kept(found: Collected, obj: Any, instance: Any, kind: str, state: tuple[Any, ...], make: Callable[[], Any]) -> Any:

@@ -42,6 +42,25 @@ def test_a_transfer_function_shows_grids_of_nodes(blender: Any) -> None:
     assert not scene.volumes and any("'heat'" in note.message for note in scene.notes)
 
 
+@pytest.mark.parametrize("background", [0.0, 0.5])
+def test_a_density_beyond_all_voxels_gets_a_note(blender: Any, tmp_path: Any, background: float) -> None:
+    import numpy as np
+
+    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
+
+    openvdb: Any = find_openvdb()
+    grid = openvdb.FloatGrid(background)
+    grid.copyFromArray(np.ones((4, 5, 6), np.float32))
+    grid.name = "density"
+    openvdb.write(str(tmp_path / "fog.vdb"), grids=[grid])
+    thing = bpy.data.objects.new("Fog", bpy.data.volumes.new("Fog"))
+    thing.data.filepath = str(tmp_path / "fog.vdb")
+    bpy.context.scene.collection.objects.link(thing)
+    scene = translated()
+    assert len(scene.instances) == 1
+    assert [note.subject for note in scene.notes if "no voxels" in note.message] == (["Fog"] if background else [])
+
+
 def test_a_mesh_whose_nodes_make_a_grid_has_no_transfer_function(blender: Any) -> None:
     bpy.ops.mesh.primitive_cube_add()
     with_cube(bpy.context.object)

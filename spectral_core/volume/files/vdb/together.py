@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Several grids of one OpenVDB file at common voxels, as a shader that reads all of them needs them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files import read_volume
+from spectral_core.volume.files.vdb.read import grid_background, grid_names
+
+MOST_VOXELS = 1 << 28
+"""Common voxels that are made; more are refused."""
+ALIKE = 1.001
+"""Ratio of the volumes of voxels below which one grid is as fine as another."""
+
+
+@dataclass(frozen=True, eq=False)
+class CommonVoxels:
+    """Grids by name, (n,) or (n, 3) with z fastest, at the same voxels; ``world_from_index`` (4, 4): to their centers.
+
+    ``resampled``: names of the grids whose own voxels are finer, so that details are lost.
+    """
+
+    shape: tuple[int, int, int]
+    world_from_index: NDArray[np.float64]
+    grids: dict[str, NDArray[Any]]
+    resampled: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """A grid's components, one or three, and the value of each where the grid has no voxels."""
+
+    parts: list[ScalarVolume]
+    outside: NDArray[np.float64]
+
+    @property
+    def voxel(self) -> float:
+        """Volume of a voxel."""
+        return abs(float(np.linalg.det(self.parts[0].world_from_index[:3, :3])))
+
+
+def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
+    """The grids of ``names`` that a file holds, on the voxels of the finest one, the first of several.
+
+    One voxel more surrounds the box of each grid, because it fades out over it. A grid has its background value where
+    it has no voxels, as in OpenVDB. If the finest voxels are more than ``MOST_VOXELS``, those of a coarser grid are
+    used. Raises InvalidInputError if the file holds none of the grids, or if all have too many voxels; FileFormatError
+    and OSError as ``read_volume``.
+    """
+    names, held = list(names), grid_names(path)
+    wanted = [name for name in names if name in held]
+    if not wanted:
+        reads = f"reads {', '.join(map(repr, names))}" if names else "reads no grid"
+        raise InvalidInputError(
+            f"the shader {reads}, and {path.name} holds {', '.join(map(repr, held))}: nothing is seen; "
+            "name one of these grids in the shader"
+        )
+    found = {name: _read(path, name) for name in wanted}
+    shape, matrix = (0, 0, 0), np.eye(4)
+    # of grids that are as fine as each other, the sort keeps the first one first
+    for base in sorted(found.values(), key=lambda grid: float(f"{grid.voxel:.4g}")):
+        shape, matrix = _region(base.parts[0], list(found.values()))
+        if np.prod(shape, dtype=float) <= MOST_VOXELS:
+            break
+    else:
+        sizes = "×".join(map(str, shape))
+        raise InvalidInputError(f"{path.name} has {sizes} voxels; at most {MOST_VOXELS:,} are rendered: resample it")
+    placed = {name: _placed(grid, shape, matrix) for name, grid in found.items()}
+    finer = tuple(name for name, grid in found.items() if grid.voxel * ALIKE < base.voxel)
+    return CommonVoxels(shape, matrix, placed, finer)
+
+
+def _read(path: Path, name: str) -> _Grid:
+    """A grid of a file."""
+    try:
+        parts = [read_volume(path, field=name)]
+    except InvalidInputError:  # a vector
+        parts = [read_volume(path, field=name, component=k) for k in range(3)]
+    return _Grid(parts, np.atleast_1d(np.asarray(grid_background(path, name), np.float64)))
+
+
+def _region(base: ScalarVolume, grids: list[_Grid]) -> tuple[tuple[int, int, int], NDArray[np.float64]]:
+    """Shape and matrix of the voxels of ``base`` continued over all grids, each with one of its voxels around it."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for grid in grids:
+        corners = _corners(grid.parts[0], base)
+        low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
+    low, high = np.floor(low + 1e-3), np.ceil(high - 1e-3)
+    nx, ny, nz = (int(n) for n in high - low + 1)
+    matrix = base.world_from_index.copy()
+    matrix[:3, 3] += matrix[:3, :3] @ low
+    return (nx, ny, nz), matrix
+
+
+def _corners(volume: ScalarVolume, base: ScalarVolume) -> NDArray[np.float64]:
+    """The corners (8, 3) of a volume and one voxel around it, in the voxels of another."""
+    ends = np.array(np.meshgrid(*((-1.0, float(n)) for n in volume.shape))).reshape(3, 8).T
+    matrix = np.linalg.inv(base.world_from_index) @ volume.world_from_index
+    return np.asarray(ends @ matrix[:3, :3].T + matrix[:3, 3])
+
+
+def _placed(grid: _Grid, shape: tuple[int, int, int], world_from_index: NDArray[np.float64]) -> NDArray[Any]:
+    """Values of a grid at voxels, (n,) or (n, 3)."""
+    from scipy.ndimage import affine_transform
+
+    columns = []
+    for part, outside in zip(grid.parts, grid.outside, strict=True):
+        matrix = np.linalg.inv(part.world_from_index) @ world_from_index
+        offset = np.round(matrix[:3, 3])
+        data = np.asarray(part.data, np.float32)
+        if np.allclose(matrix[:3, :3], np.eye(3), atol=1e-5) and np.allclose(matrix[:3, 3], offset, atol=1e-3):
+            placed = np.full(shape, outside, np.float32)
+            start = (-offset).astype(int)
+            placed[tuple(slice(s, s + n) for s, n in zip(start, data.shape, strict=True))] = data
+        else:
+            # one voxel of the background around the grid, into which its values fade
+            data = np.pad(data, 1, constant_values=outside)
+            matrix[:3, 3] += 1.0
+            placed = affine_transform(data, matrix, output_shape=shape, order=1, mode="constant", cval=float(outside))
+        columns.append(placed.ravel())
+    return columns[0] if len(columns) == 1 else np.stack(columns, axis=1)

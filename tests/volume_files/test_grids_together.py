@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Grids of one OpenVDB file at common voxels, compared with OpenVDB's own accessors."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from spectral_core.errors import InvalidInputError
+from spectral_core.volume.files.formats.openvdb_format import find_openvdb
+from spectral_core.volume.files.vdb import together
+from spectral_core.volume.files.vdb.read import grid_background
+from spectral_core.volume.files.vdb.together import grids_together
+
+openvdb = find_openvdb()
+if openvdb is None:
+    pytest.skip("needs OpenVDB's module", allow_module_level=True)
+
+ROTATED = np.array([[0.28, 0.96, 0, 0], [-0.96, 0.28, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+
+
+def grid(name, shape, *, size=1.0, at=(0, 0, 0), background=0.0, turn=None, seed=1):
+    """An OpenVDB grid of random values in a box whose first voxel has index ``at``."""
+    values = np.random.default_rng(seed).uniform(1, 2, shape).astype(np.float32)
+    made = openvdb.Vec3SGrid(background) if values.ndim == 4 else openvdb.FloatGrid(background)
+    made.copyFromArray(values, ijk=at)
+    matrix = np.diag([size, size, size, 1.0]) if turn is None else turn
+    made.name, made.transform = name, openvdb.createLinearTransform(matrix.tolist())
+    return made
+
+
+def interpolated(made, place):
+    """Trilinear value of a grid at a place in space, by its accessor, which knows the background."""
+    there = np.array(made.transform.worldToIndex(tuple(place)))
+    there = np.where(np.abs(there - np.round(there)) < 1e-6, np.round(there), there)
+    first, read = np.floor(there).astype(int), made.getConstAccessor()
+    total = 0.0
+    for corner in itertools.product((0, 1), repeat=3):
+        weight = float(np.prod(np.where(corner, there - first, 1 - (there - first))))
+        if weight:
+            total = total + weight * np.asarray(read.getValue(tuple(int(n) for n in first + corner)), float)
+    return total
+
+
+def check(path, grids, names):
+    """Every voxel of the common region, and that the region holds all grids with one voxel around each."""
+    openvdb.write(str(path), grids=grids)
+    voxels = grids_together(path, names)
+    index = np.array(list(np.ndindex(voxels.shape)), float)
+    places = index @ voxels.world_from_index[:3, :3].T + voxels.world_from_index[:3, 3]
+    for made in grids:
+        found = voxels.grids[made.name]
+        expected = np.array([interpolated(made, place) for place in places])
+        np.testing.assert_allclose(found, expected, atol=2e-5)
+        low, high = (np.array(end) for end in made.evalActiveVoxelBoundingBox())
+        for corner in itertools.product((0, 1), repeat=3):
+            place = np.array(made.transform.indexToWorld(tuple(map(float, np.where(corner, high + 1, low - 1)))))
+            own = np.linalg.solve(voxels.world_from_index, np.append(place, 1.0))[:3]
+            assert (own > -1e-6).all() and (own < np.array(voxels.shape) - 1 + 1e-6).all()
+    return voxels
+
+
+def test_a_grid_has_its_background_where_it_has_no_voxels(tmp_path):
+    small = grid("temperature", (2, 3, 2), at=(3, 2, 1), background=300.0, seed=2)
+    tint = grid("tint", (2, 2, 2, 3), at=(-2, 0, 0), background=(0.9, 0.2, 0.4), seed=3)
+    voxels = check(tmp_path / "fire.vdb", [grid("density", (5, 6, 4)), small, tint], ["density", "temperature", "tint"])
+    assert voxels.shape == (9, 8, 6) and voxels.resampled == ()
+    assert grid_background(tmp_path / "fire.vdb", "temperature") == 300.0
+
+
+@pytest.mark.parametrize("first", ["coarse", "fine"])
+def test_the_finest_voxels_are_used(tmp_path, first):
+    """Voxels of the first grid would lose most of the other one."""
+    grids = [grid("coarse", (3, 3, 3), size=4.0), grid("fine", (6, 5, 7), at=(2, 1, 0), seed=4, background=-1.0)]
+    names = sorted(["coarse", "fine"], key=lambda name: name != first)
+    voxels = check(tmp_path / "two.vdb", grids, names)
+    assert np.linalg.det(voxels.world_from_index[:3, :3]) == pytest.approx(1.0)
+
+
+def test_grids_that_are_turned_against_each_other(tmp_path):
+    check(
+        tmp_path / "turned.vdb",
+        [grid("a", (4, 5, 3)), grid("b", (3, 3, 3), turn=np.diag([1.5, 1.5, 1.5, 1.0]) @ ROTATED, seed=5)],
+        ["a", "b"],
+    )
+
+
+def test_a_coarser_grid_serves_where_the_finest_voxels_are_too_many(tmp_path, monkeypatch):
+    path = tmp_path / "two.vdb"
+    openvdb.write(str(path), grids=[grid("coarse", (6, 6, 6), size=4.0), grid("fine", (2, 2, 2))])
+    monkeypatch.setattr(together, "MOST_VOXELS", 1000)
+    assert grids_together(path, ["coarse", "fine"]).resampled == ("fine",)
+    monkeypatch.setattr(together, "MOST_VOXELS", 100)
+    with pytest.raises(InvalidInputError, match="at most 100 are rendered"):
+        grids_together(path, ["coarse", "fine"])
