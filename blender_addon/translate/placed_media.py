@@ -20,7 +20,7 @@ from .shading.media.shaders import GRID
 from .viewport.kept import kept_or_made
 from .volumes import GridFile
 
-CUT = "its shader gives a volume where the grids have no voxels; it ends one voxel beyond them, elsewhere than in Cycles"
+CUT = "its shader gives a volume where the grids have no voxels; it ends one voxel beyond them, unlike in Cycles"
 FAINT = 1e-3
 """Share of the densest part of a medium below which its end cannot be seen."""
 
