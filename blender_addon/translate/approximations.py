@@ -31,6 +31,7 @@ from spectral_core.scene.shading import UV_TANGENT
 from .context import Translation
 from .faces.coincident import coincident, doubled, edges
 from .faces.overlapping import overlapping
+from .faces.volumes import volumes_in_one_place
 from .meshes.triangles import OUTPUTS, uv_layer
 
 Array = NDArray[np.float64]
@@ -61,6 +62,7 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
             name for name, surface in surfaces.items() if _refracts(surface) or _is_seen_through(surface)
         }
         _note_faces(translation, scene, meshes, passes)
+        _note_volumes_in_one_place(translation, scene, meshes)
     _note_holes(translation, scene)
     _note_shadows_of_volumes(translation, scene)
     _note_emission_with_shadow_links(
@@ -113,6 +115,24 @@ def _note_shadows_of_volumes(translation: Translation, scene: Scene) -> None:
                 f"its volume takes light of {lamps} away, although Shadow Linking excludes the object as a blocker"
             )
             translation.note(instance.shown_as or instance.name, message)
+
+
+def _note_volumes_in_one_place(translation: Translation, scene: Scene, meshes: dict[str, Mesh]) -> None:
+    """Note volumes that share faces, and volumes of several phase functions and colors that overlap."""
+    for one, other, shares_faces, differs in volumes_in_one_place(scene, meshes):
+        name, second = (item.shown_as or item.name for item in (one, other))
+        if shares_faces:
+            message = (
+                f"faces of its volume coincide with those of {second!r}: Cycles loses one of the two volumes behind "
+                "them, here both add up; move the object by a thousandth of its size"
+            )
+            translation.note(name, message)
+        if differs:
+            message = (
+                f"its volume overlaps that of {second!r}, which scatters other colors into other directions: here each "
+                "color has its own shares of the two, Cycles gives all colors the same shares"
+            )
+            translation.note(name, message)
 
 
 def _note_emission_with_shadow_links(translation: Translation, scene: Scene, emits: set[str]) -> None:

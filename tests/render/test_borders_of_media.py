@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.render.cases.meshes import at
 from benchmarks.render.cases.plan_scenes import Stage
-from spectral_core.render.plan.borders import OFFSET, with_borders_apart
+from spectral_core.render.plan.borders import APART, OFFSET, with_borders_apart
 from spectral_core.scene import ScatteringMedium, Scene, gray
 from spectral_core.scene.geometry import Mesh, placed_boxes
 
@@ -70,6 +70,37 @@ def test_borders_are_drawn_in_by_different_ways_where_they_share_a_plane_and_sta
     was = {item.name: item for item in scene.instances}
     for item in moved.instances:
         assert (item is was[item.name]) == (item.name not in ("one", "two", "three"))
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.8, 0.95, 1.2])
+def test_a_slightly_larger_border_is_not_drawn_in_onto_another(share: float) -> None:
+    """It was moved inward by about the gap: rays passed one border of the two, and stayed in its medium."""
+    place, _ = fog_on(6.0)
+    gap = share * APART * OFFSET * (1 + 8.0)
+    larger = place @ np.diag([1 + gap / 2.5, 1 + gap / 2.5, 1 + gap, 1.0])
+    for boxes in ({"one": (place, FOG), "two": (larger, FOG)}, {"two": (larger, FOG), "one": (place, FOG)}):
+        moved = with_borders_apart(scene_of(boxes))
+        ends = {
+            item.name: corners for item, corners in zip(
+                moved.instances, placed_boxes(moved.meshes, moved.instances), strict=True)
+        }  # fmt: skip
+        apart = np.abs(ends["one"] - ends["two"])
+        assert apart.min() > 1.4 * OFFSET * (1 + np.abs(ends["one"]).max())
+        assert apart.max() < 0.01
+
+
+def test_a_gap_of_the_size_of_an_offset_changes_no_picture() -> None:
+    pytest.importorskip("mitsuba")
+    from spectral_core.render import render_scene
+
+    place, _ = fog_on(0.5)
+    means = []
+    for gap in (0.95 * APART * OFFSET * (1 + 2.5), 0.01):
+        larger = place @ np.diag([1 + gap / 2.5, 1 + gap / 2.5, 1 + gap, 1.0])
+        scene = scene_of({"fog": (place, FOG), "again": (larger, FOG)})
+        made = replace(scene, film=replace(scene.film, samples=64), settings=replace(scene.settings, transport="rgb"))
+        means.append(render_scene(made).pixels[..., :3].mean())
+    assert means[0] == pytest.approx(means[1], rel=0.02)
 
 
 def test_a_scene_without_media_stays_itself() -> None:

@@ -76,15 +76,15 @@ def coincident(scene: Scene, meshes: dict[str, Mesh], materials: set[str]) -> It
             return
         if not 0 < counts[item.mesh] <= MOST_TRIANGLES:
             continue
-        triangles = _triangles(meshes[item.mesh], item)
-        planes = _planes(triangles)
+        triangles = triangles_of(meshes[item.mesh], item)
+        planes = planes_of(triangles)
         own = boxes[places[item.name]]
         meet = np.flatnonzero(np.all((own[0] <= boxes[:, 1]) & (boxes[:, 0] <= own[1]), axis=1))
         for other in (scene.instances[place] for place in meet if place != places[item.name]):
             if counts[other.mesh] > MOST_TRIANGLES or left <= 0:
                 continue
             left -= counts[other.mesh]
-            if lies_on(planes, _triangles(meshes[other.mesh], other)):
+            if lies_on(planes, triangles_of(meshes[other.mesh], other)):
                 yield item.name, other.name
                 break
         else:
@@ -107,20 +107,20 @@ def doubled(scene: Scene, meshes: dict[str, Mesh]) -> Iterator[tuple[str, str]]:
             continue
         if item.mesh not in of_itself:
             left -= len(mesh.triangles)
-            of_itself[item.mesh] = left > 0 and _has_twice(mesh.positions.astype(np.float64), mesh.triangles)
+            of_itself[item.mesh] = left > 0 and has_twice(mesh.positions.astype(np.float64), mesh.triangles)
         if not (is_twice := of_itself[item.mesh]) and _flattens(item.world_from_object):
             left -= len(mesh.triangles)  # faces on opposite sides meet only here
-            is_twice = left > 0 and _has_twice(placed(mesh.positions, item.world_from_object), mesh.triangles)
+            is_twice = left > 0 and has_twice(placed(mesh.positions, item.world_from_object), mesh.triangles)
         if is_twice:
             yield item.name, item.name
         else:
             same_place.setdefault(_ends(box).round(6).tobytes(), []).append(item)
     for first, *others in same_place.values():
         for other in others:
-            pair = [_triangles(meshes[item.mesh], item).reshape(-1, 3) for item in (first, other)]
+            pair = [triangles_of(meshes[item.mesh], item).reshape(-1, 3) for item in (first, other)]
             points = np.concatenate(pair)
             left -= len(points) // 3
-            if left > 0 and _has_twice(points, np.arange(len(points)).reshape(-1, 3)):
+            if left > 0 and has_twice(points, np.arange(len(points)).reshape(-1, 3)):
                 yield other.name, first.name
 
 
@@ -130,7 +130,7 @@ def _flattens(world_from_object: Array) -> bool:
     return bool(sizes[-1] < FOLDED * sizes[0])
 
 
-def _has_twice(points: Array, triangles: NDArray[Any]) -> bool:
+def has_twice(points: Array, triangles: NDArray[Any]) -> bool:
     """True if triangles (t, 3) of points with a large share of the area lie on others that share an edge with them."""
     step = 0.1 * RAY_STEP * (1.0 + np.abs(points).max())
     # one number for each position, and the sum of two for an edge: multiples that wrap around at 64 bits
@@ -170,7 +170,7 @@ def edges(triangles: Array) -> tuple[Array, Array]:
     return triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
 
 
-def _triangles(mesh: Mesh, item: Instance) -> Array:
+def triangles_of(mesh: Mesh, item: Instance) -> Array:
     """Corners (t, 3, 3) in the world."""
     return placed(mesh.positions.astype(np.float64), item.world_from_object)[mesh.triangles]
 
@@ -183,7 +183,7 @@ def _ends(points: Array) -> Array:
     return np.array([points.min(axis=0) - step, points.max(axis=0) + step])
 
 
-def _planes(triangles: Array) -> list[_Plane]:
+def planes_of(triangles: Array) -> list[_Plane]:
     """The planes whose faces, together, are a large share of the area, the largest first."""
     crosses = np.cross(*edges(triangles))
     area = np.linalg.norm(crosses, axis=1)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.plan.inventory import is_transparent, media_borders
 from spectral_core.scene import Instance, Rays, Scene
-from spectral_core.scene.geometry import Mesh, box_of, placed_boxes
+from spectral_core.scene.geometry import Mesh, box_of, placed, placed_boxes
 
 Array = NDArray[np.float64]
 
@@ -56,25 +56,31 @@ def with_borders_apart(scene: Scene) -> Scene:
             planes[number] = _planes(meshes, scene.instances[number], boxes[number])
         return planes[number]
 
-    steps: dict[int, int] = {}
+    moved: dict[int, Instance] = {}
     for number in (*borders, *bodies):
         least = APART * OFFSET * (1 + float(np.abs(ends[number]).max()))
         near = np.all((ends[:, 0] <= ends[number, 1] + least) & (ends[:, 1] >= ends[number, 0] - least), axis=1)
-        others, shared = np.flatnonzero(near), 0
+        others = np.flatnonzero(near)
         if number in bodies and len(others) > MOST_NEIGHBORS:
             sizes = np.linalg.norm(ends[others, 1] - ends[others, 0], axis=1)
             others = others[np.argsort(-sizes)[:MOST_NEIGHBORS]]
-        for other in map(int, others):
-            is_later = other not in steps and (other in borders or (number in bodies and other in bodies))
-            if other != number and not is_later and _share(planes_of(number), planes_of(other), least):
-                shared = max(shared, steps.get(other, 0) + 1)
-        steps[number] = shared if number in borders else min(shared, MOST_STEPS)
-    instances = list(scene.instances)
-    for number, count in steps.items():
-        if count:
-            inward = count * APART * OFFSET * (1 + float(np.abs(ends[number]).max()))
-            instances[number] = _drawn_in(instances[number], box_of(meshes[instances[number].mesh]), inward)
-    return replace(scene, instances=tuple(instances)) if any(steps.values()) else scene
+        beside = [
+            planes_of(other) for other in map(int, others)
+            if other != number
+            and (other in moved or not (other in borders or (number in bodies and other in bodies)))
+        ]  # fmt: skip
+        moved[number] = scene.instances[number]
+        box = box_of(meshes[moved[number].mesh])
+        most = MOST_STEPS if number in bodies else len(beside) + 1
+        # a face that is drawn in may come near another one: each place is compared again
+        for count in range(1, most + 1):
+            if not any(_share(planes_of(number), each, least) for each in beside):
+                break
+            moved[number] = _drawn_in(scene.instances[number], box, count * least)
+            planes[number] = _planes(meshes, moved[number], placed(box, moved[number].world_from_object))
+    instances = tuple(moved.get(number, item) for number, item in enumerate(scene.instances))
+    is_same = all(one is other for one, other in zip(instances, scene.instances, strict=True))
+    return scene if is_same else replace(scene, instances=instances)
 
 
 def _borders(scene: Scene, meshes: dict[str, Mesh]) -> dict[int, Instance]:
