@@ -89,7 +89,7 @@ def half_pixels(
 def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float, known: Covered | None = None) -> None:
     """The line between the sides of a split view, and the name of the light of each.
 
-    ``known``: what tools and sidebar cover of the region.
+    ``known``: what bars and panels cover of the region.
     """
     import blf
 
@@ -102,6 +102,7 @@ def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float,
     spots = name_spots(middle, (known.left, region.width - known.right), (widths[0], widths[1]), scale)
     for name, width, (start, base) in zip(names, widths, spots, strict=True):
         pad = 4 * scale
+        base += known.bottom
         low, high, left, right = base - 6 * scale, base + 14 * scale, start - pad, start + width + pad
         corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
         draw_triangles(np.array(corners, np.float32), PLATE)
@@ -125,7 +126,7 @@ def name_spots(
 
 
 def draw_message(text: str, region: Any, known: Covered, scale: float) -> None:
-    """A line or two of text on a plate in the middle of what the tools and the sidebar leave of the view."""
+    """A line or two of text on a plate in the middle of what bars and panels leave of the view."""
     import blf
 
     from .overlay import FONT, draw_triangles, write
@@ -134,7 +135,8 @@ def draw_message(text: str, region: Any, known: Covered, scale: float) -> None:
     room = region.width - known.left - known.right
     lines = wrapped_words(f"{text[:1].upper()}{text[1:]}", max(12, int(room / (8 * scale))))
     height = 20 * scale
-    middle, top = known.left + room / 2, region.height / 2 + height * len(lines) / 2
+    middle = known.left + room / 2
+    top = (known.bottom + region.height - known.top) / 2 + height * len(lines) / 2
     wide = max(blf.dimensions(FONT, line)[0] for line in lines) / 2 + 12 * scale
     left, right, low, high = middle - wide, middle + wide, top - height * len(lines) - 8 * scale, top + 8 * scale
     corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
