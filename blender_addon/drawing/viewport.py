@@ -21,7 +21,6 @@ PLATE = (0.0, 0.0, 0.0, 1.0)
 """Black and opaque: even a dark gray, or a seventh of a bright picture, would be shown as a light gray, on which texts
 are hard to read.
 """
-NAME = (1.0, 1.0, 1.0, 1.0)
 
 
 class Canvas:
@@ -84,45 +83,6 @@ def half_pixels(
         matrix = np.eye(4, dtype=np.float32)
         matrix[:3, :3] = working_from_rgb
         np.minimum(out.reshape(-1, 4) @ matrix.T, np.float32(LARGEST_HALF), out=out.reshape(-1, 4))
-
-
-def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float, known: Covered | None = None) -> None:
-    """The line between the sides of a split view, and the name of the light of each.
-
-    ``known``: what bars and panels cover of the region.
-    """
-    import blf
-
-    from .overlay import FONT, draw_line, draw_triangles, write
-
-    draw_line(np.array([(middle, 0), (middle, region.height)], np.float32), (1.0, 1.0, 1.0, 0.9), 2 * scale)
-    blf.size(FONT, 13 * scale)
-    widths = tuple(float(blf.dimensions(FONT, name)[0]) for name in names)
-    known = known or Covered()
-    spots = name_spots(middle, (known.left, region.width - known.right), (widths[0], widths[1]), scale)
-    for name, width, (start, base) in zip(names, widths, spots, strict=True):
-        pad = 4 * scale
-        base += known.bottom
-        low, high, left, right = base - 6 * scale, base + 14 * scale, start - pad, start + width + pad
-        corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
-        draw_triangles(np.array(corners, np.float32), PLATE)
-        write(name, start, base, NAME)
-
-
-def name_spots(
-    middle: float, ends: tuple[float, float], widths: tuple[float, float], scale: float
-) -> list[tuple[float, float]]:
-    """Lower left corner of the names beside the divider, between the ends of what is visible of a region.
-
-    A name without room on its side is above the other one.
-    """
-    pad, base = 8 * scale, 24 * scale
-    wanted = (middle - widths[0] - 2 * pad, middle + 2 * pad)
-    starts = [
-        max(min(start, ends[1] - width - pad), ends[0] + pad) for start, width in zip(wanted, widths, strict=True)
-    ]
-    overlaps = starts[0] + widths[0] + pad > starts[1]
-    return [(starts[0], base), (starts[1], base + 26 * scale if overlaps else base)]
 
 
 def draw_message(text: str, region: Any, known: Covered, scale: float) -> None:

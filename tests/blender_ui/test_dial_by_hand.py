@@ -178,6 +178,19 @@ def test_the_divider_is_gripped_moved_limited_and_put_back(scene, context) -> No
     assert settings.divider == pytest.approx(0.75)
 
 
+def test_the_divider_stays_beside_the_bars_where_the_mouse_reaches_it(scene, context) -> None:
+    bars = (("TOOLS", "LEFT", 30, 60), ("UI", "RIGHT", 430, 200))  # the region ends at 630
+    context.area.regions += [
+        SimpleNamespace(type=kind, alignment=side, x=x, y=20, width=width, height=400) for kind, side, x, width in bars
+    ]
+    settings, drag = scene.spectral.viewport, Divider()
+    settings.divider = 0.5
+    assert drag.invoke(context, at("LEFTMOUSE", 300)) == {"RUNNING_MODAL"}
+    for x, pixel in ((-20, 60), (700, 400), (250, 250)):
+        drag.modal(context, at("MOUSEMOVE", x))
+        assert settings.divider * 600 == pytest.approx(pixel, abs=0.01)
+
+
 def test_each_part_of_a_quad_view_has_its_dial(hand, scene, context) -> None:
     """Blender draws the dial in four regions of the area; the mouse turned only that of the first one."""
     (area,) = context.window.screen.areas
