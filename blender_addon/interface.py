@@ -23,7 +23,7 @@ FEATURES = {
         "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep", "design.texture",
         "design.possible", "design.alternatives", "design.paint", "design.recipe", "design.look", "common",
     ),
-    "drawing": ("icons", "overlay", "dial"),
+    "drawing": ("icons", "overlay", "dial", "split"),
     "panels": (
         "shared", "settings", "viewport", "spectrum", "palette", "texture", "recipe", "render", "volume", "dial",
         "board", "sweep",

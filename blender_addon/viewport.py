@@ -17,7 +17,7 @@ from spectral_core.errors import SpectralError
 
 from . import compat
 from .drawing.covered import covered
-from .drawing.viewport import Canvas, draw_divider, draw_message
+from .drawing.viewport import Canvas, draw_message
 from .editing.viewport.session import Picture, ViewSession
 from .translate.shading.image_files.permitted import drawing
 
@@ -76,9 +76,6 @@ class Viewport:
             if picture.shown is not None:
                 is_new |= canvas.show(picture.shown, shown_from_rgb(picture.matrix), transparent=transparent)
                 canvas.draw(engine, scene, clip if len(pictures) > 1 else None)
-        if len(pictures) > 1:
-            names = look_words(settings.look), look_words(settings.other)
-            draw_divider(middle, region, names, scale, covered(context.area, region))
         engine.update_stats(*words(pictures, settings))
         trouble = next((picture.trouble for picture in pictures if picture.trouble), "")
         if trouble:
@@ -108,12 +105,6 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
 def time_left(samples: int, wanted: int, seconds: float) -> float:
     """Seconds until a view is complete, 0 if unknown."""
     return seconds * (wanted - samples) / samples if samples > 0 else 0.0
-
-
-def look_words(look: Any) -> str:
-    """Name of the light of a side of a split view."""
-    named = {"COLUMN": look.column, "GROUP": look.group, "LAMP": look.lamp}
-    return str(named.get(look.kind, "As It Is"))
 
 
 def working_from_rgb() -> Any:

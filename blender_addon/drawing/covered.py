@@ -14,19 +14,21 @@ LEAST = 1
 
 @dataclass(frozen=True, slots=True)
 class Covered:
-    """Pixels of a region at its left and right end below the tools and the sidebar.
+    """Pixels of a region at its ends below the tools, the sidebar, the headers and the asset shelf.
 
     ``panel``: width and height, from its lower left corner, of the panel Adjust Last Operation; zero without it.
     """
 
     left: float = 0.0
     right: float = 0.0
+    bottom: float = 0.0
+    top: float = 0.0
     panel: tuple[float, float] = (0.0, 0.0)
 
 
 def covered(area: Any, region: Any) -> Covered:
     """Find the bars and panels over a region. A quad view has four regions, and tools lie over those at the left."""
-    left, right, panel = 0.0, 0.0, (0.0, 0.0)
+    left, right, bottom, top, panel = 0.0, 0.0, 0.0, 0.0, (0.0, 0.0)
     for each in area.regions:
         if each.type == "WINDOW" or min(each.width, each.height) <= LEAST:
             continue
@@ -38,15 +40,20 @@ def covered(area: Any, region: Any) -> Covered:
             left = max(left, each.x + each.width - region.x)
         elif each.alignment == "RIGHT":
             right = max(right, region.x + region.width - each.x)
-    return Covered(left, right, panel)
+        elif each.alignment == "BOTTOM":
+            bottom = max(bottom, each.y + each.height - region.y)
+        elif each.alignment == "TOP":
+            top = max(top, region.y + region.height - each.y)
+    return Covered(left, right, bottom, top, panel)
 
 
 def dial_beside(area: Any, region: Any, scale: float) -> DialShape:
     """Position and size of the dial in a region of an area: beside the tools, and a panel that would cover it."""
     known = covered(area, region)
     width, height = known.panel
-    left = max(known.left, width) if height > (MARGIN + LABEL_ROOM) * scale else known.left
-    return DialShape.in_region(region.width, region.height, left=left, right=known.right, scale=scale)
+    left = max(known.left, width) if height - known.bottom > (MARGIN + LABEL_ROOM) * scale else known.left
+    ends = {"left": left, "right": known.right, "bottom": known.bottom}
+    return DialShape.in_region(region.width, region.height, **ends, scale=scale)
 
 
 def _rectangle(region: Any) -> Rectangle:

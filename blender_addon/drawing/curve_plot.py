@@ -75,17 +75,22 @@ class Plot:
 
 
 def side_by_side(
-    region: tuple[float, float], ranges: list[tuple[float, float]], margin: float, left: float = 0.0
+    region: tuple[float, float],
+    ranges: list[tuple[float, float]],
+    margin: float,
+    left: float = 0.0,
+    bottom: float = 0.0,
 ) -> list[Plot]:
     """One plot per range of values, along the bottom of a region of (width, height) pixels; none if it is too small.
 
-    Plots share the width past ``left``, at most a third of the height and two thirds as high as wide.
+    Plots begin above ``bottom`` and share the width past ``left``; they are at most a third of the height, and two
+    thirds as high as wide.
     """
     width = min((region[0] - left - margin) / len(ranges) - margin, 2.4 * region[1] / 3)
     height = min(region[1] / 3, width * 0.55)
     if width < 120 or height < 60:
         return []
     return [
-        Plot(left + margin + number * (width + margin), margin, width, height, low, high)
+        Plot(left + margin + number * (width + margin), bottom + margin, width, height, low, high)
         for number, (low, high) in enumerate(ranges)
     ]

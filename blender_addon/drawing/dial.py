@@ -69,8 +69,10 @@ def draw() -> None:
     plate = (0.0, 0.0, 0.0, 0.0)
     if shares.any() and hovered["region"] == region.as_pointer():
         lines = tooltip([name_of(bulb) for bulb in dial.bulbs], shares, dial.intensity)
-        lines = fitting(lines, int(region.height / (TOOLTIP_ROW * shape.scale)) - 2)
-        plate = _tooltip_plate(shape, lines, labels, (region.width - covered(area, region).right, region.height))
+        known = covered(area, region)
+        room = (0.0, known.bottom, region.width - known.right, region.height - known.top)
+        lines = fitting(lines, int((room[3] - room[1]) / (TOOLTIP_ROW * shape.scale)) - 2)
+        plate = _tooltip_plate(shape, lines, labels, room)
     bulbs = [(bulb.is_on, tuple(bulb.color), tuple(bulb.place)) for bulb in dial.bulbs]
     content = (shape, tuple(shares), tuple(dial.selector), tuple(bulbs), tuple(labels), tuple(lines), plate)
     box = Box.around(_reach(shape, labels, plate), BORDER * shape.scale, (region.width, region.height))
@@ -164,10 +166,8 @@ def _draw_selector(shape: DialShape, dial: PropertyGroup) -> None:
         draw_line(at + np.outer((5 * scale, 10 * scale), step), SELECTOR, 2 * scale)
 
 
-def _tooltip_plate(
-    shape: DialShape, lines: Sequence[str], labels: Sequence[Label], room: tuple[float, float]
-) -> Rectangle:
-    """The tooltip's plate: beyond the names at the right, else above them; within ``room`` (width, height)."""
+def _tooltip_plate(shape: DialShape, lines: Sequence[str], labels: Sequence[Label], room: Rectangle) -> Rectangle:
+    """The tooltip's plate: beyond the names at the right, else above them; within ``room`` (left, low, right, high)."""
     import blf
 
     scale = shape.scale
@@ -177,11 +177,11 @@ def _tooltip_plate(
     width = max(blf.dimensions(FONT, line)[0] for line in lines) + 20 * scale
     left = max(shape.x + DISC * shape.unit + 60 * scale, max(ends, default=0.0) + 12 * scale)
     low, border = shape.y - height / 2, BORDER * scale
-    if left + width > room[0] - border:
+    if left + width > room[2] - border:
         tops = [y + (LABEL_POINTS + BORDER) * scale for text, _, y in labels if text]
         left, low = shape.left + border, max((shape.y + DISC * shape.unit + border, *tops))
-    left = max(min(left, room[0] - border - width), border)
-    low = max(min(low, room[1] - border - height), border)
+    left = max(min(left, room[2] - border - width), room[0] + border)
+    low = max(min(low, room[3] - border - height), room[1] + border)
     return left, low, width, height
 
 

@@ -55,15 +55,15 @@ class DialShape:
 
     @classmethod
     def in_region(
-        cls, width: float, height: float, *, left: float = 0.0, right: float = 0.0, scale: float = 1.0
-    ) -> DialShape:
-        """In the lower left corner of a region, past ``left`` pixels that a toolbar covers.
-
-        A sidebar covers ``right`` pixels at the other end.
+        cls, width: float, height: float, *, left: float = 0.0, right: float = 0.0, bottom: float = 0.0,
+        scale: float = 1.0,
+    ) -> DialShape:  # fmt: skip
+        """In the lower left corner of a region, past ``left`` pixels that a toolbar covers, and ``bottom`` ones that
+        a header or an asset shelf covers. A sidebar covers ``right`` pixels at the other end.
         """
-        unit = float(np.clip(0.13 * min(width - left, height), 48 * scale, 110 * scale))
+        unit = float(np.clip(0.13 * min(width - left, height - bottom), 48 * scale, 110 * scale))
         reach = DISC * unit + (MARGIN + LABEL_ROOM) * scale
-        return cls(left + reach + LEFT_ROOM * scale, reach, unit, scale, width - right)
+        return cls(left + reach + LEFT_ROOM * scale, bottom + reach, unit, scale, width - right)
 
     @property
     def left(self) -> float:

@@ -47,8 +47,8 @@ def draw() -> None:
     ]
     curves = [[(entry.name, *stored_samples(entry.result)) for entry in entries] for _, entries, _ in sides]
     ranges = [_range(known, kind) for known, (kind, _, _) in zip(curves, sides, strict=True)]
-    room = (region.width - known.right, region.height)
-    plots = side_by_side(room, ranges, MARGIN * scale, _left(known, scale))
+    room = (region.width - known.right, region.height - known.bottom)
+    plots = side_by_side(room, ranges, MARGIN * scale, _left(known, scale), known.bottom)
     if not plots:
         return
     box = Box.around(np.concatenate([plot.corners() for plot in plots]), 1.0, (region.width, region.height))

@@ -21,7 +21,6 @@ PLATE = (0.0, 0.0, 0.0, 1.0)
 """Black and opaque: even a dark gray, or a seventh of a bright picture, would be shown as a light gray, on which texts
 are hard to read.
 """
-NAME = (1.0, 1.0, 1.0, 1.0)
 
 
 class Canvas:
@@ -86,46 +85,8 @@ def half_pixels(
         np.minimum(out.reshape(-1, 4) @ matrix.T, np.float32(LARGEST_HALF), out=out.reshape(-1, 4))
 
 
-def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float, known: Covered | None = None) -> None:
-    """The line between the sides of a split view, and the name of the light of each.
-
-    ``known``: what tools and sidebar cover of the region.
-    """
-    import blf
-
-    from .overlay import FONT, draw_line, draw_triangles, write
-
-    draw_line(np.array([(middle, 0), (middle, region.height)], np.float32), (1.0, 1.0, 1.0, 0.9), 2 * scale)
-    blf.size(FONT, 13 * scale)
-    widths = tuple(float(blf.dimensions(FONT, name)[0]) for name in names)
-    known = known or Covered()
-    spots = name_spots(middle, (known.left, region.width - known.right), (widths[0], widths[1]), scale)
-    for name, width, (start, base) in zip(names, widths, spots, strict=True):
-        pad = 4 * scale
-        low, high, left, right = base - 6 * scale, base + 14 * scale, start - pad, start + width + pad
-        corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
-        draw_triangles(np.array(corners, np.float32), PLATE)
-        write(name, start, base, NAME)
-
-
-def name_spots(
-    middle: float, ends: tuple[float, float], widths: tuple[float, float], scale: float
-) -> list[tuple[float, float]]:
-    """Lower left corner of the names beside the divider, between the ends of what is visible of a region.
-
-    A name without room on its side is above the other one.
-    """
-    pad, base = 8 * scale, 24 * scale
-    wanted = (middle - widths[0] - 2 * pad, middle + 2 * pad)
-    starts = [
-        max(min(start, ends[1] - width - pad), ends[0] + pad) for start, width in zip(wanted, widths, strict=True)
-    ]
-    overlaps = starts[0] + widths[0] + pad > starts[1]
-    return [(starts[0], base), (starts[1], base + 26 * scale if overlaps else base)]
-
-
 def draw_message(text: str, region: Any, known: Covered, scale: float) -> None:
-    """A line or two of text on a plate in the middle of what the tools and the sidebar leave of the view."""
+    """A line or two of text on a plate in the middle of what bars and panels leave of the view."""
     import blf
 
     from .overlay import FONT, draw_triangles, write
@@ -134,7 +95,8 @@ def draw_message(text: str, region: Any, known: Covered, scale: float) -> None:
     room = region.width - known.left - known.right
     lines = wrapped_words(f"{text[:1].upper()}{text[1:]}", max(12, int(room / (8 * scale))))
     height = 20 * scale
-    middle, top = known.left + room / 2, region.height / 2 + height * len(lines) / 2
+    middle = known.left + room / 2
+    top = (known.bottom + region.height - known.top) / 2 + height * len(lines) / 2
     wide = max(blf.dimensions(FONT, line)[0] for line in lines) / 2 + 12 * scale
     left, right, low, high = middle - wide, middle + wide, top - height * len(lines) - 8 * scale, top + 8 * scale
     corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]

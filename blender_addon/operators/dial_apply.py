@@ -13,7 +13,7 @@ from bpy.types import ID, Context, PropertyGroup
 from spectral_core.errors import InvalidInputError
 
 from ..editing.dial import changes, kept_mix, live
-from ..editing.dial.dimming import apply_weights, block_of, light_dark_lamps, require_writable
+from ..editing.dial.dimming import apply_weights, block_of, light_dark_lamps, require_power, require_writable
 from ..editing.dial.names import name_of
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting
@@ -136,16 +136,17 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
             )
         spectrum = _mixed_spectrum(dial, mixing.transport, shares)
         lamp = lamps[strongest][0]
+        alike = [kept for kept in lamps[strongest] if kept.owner.data.type == lamp.owner.data.type]
+        power = sum(kept.base * strength_of(kept.owner.data) for kept in alike)
+        power *= _own_luminance(dial.bulbs[strongest], mixing.transport.lights[strongest])
+        power = require_power(power * weights[strongest] * shares.sum() / shares[strongest], BAKED)
         made = lamp.owner.copy()
         made.data = made.data.copy()
         made.name = made.data.name = BAKED
         made.lightgroup = ""
         context.collection.objects.link(made)
         made.data.color = (1.0, 1.0, 1.0)
-        alike = [kept for kept in lamps[strongest] if kept.owner.data.type == made.data.type]
-        power = sum(kept.base * strength_of(kept.owner.data) for kept in alike)
-        power *= _own_luminance(dial.bulbs[strongest], mixing.transport.lights[strongest])
-        made.data.energy = power * weights[strongest] * shares.sum() / shares[strongest]
+        made.data.energy = power
         store_spectrum(made.data.spectral, spectrum)
         if self.hide:
             for kept in (each for found in lamps for each in found):

@@ -162,7 +162,8 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         drawn.hovered["region"] = 0
         context.workspace.status_text_set(None)
         live.redraw_dial()
-        return {"FINISHED"}
+        # Each drag has made its undo step. Another one would end what Redo brings back, as after an undo of Record.
+        return {"CANCELLED"}
 
     def cancel(self, context: Context) -> None:
         """Blender ends the operator: another file is loaded, or the window closed."""

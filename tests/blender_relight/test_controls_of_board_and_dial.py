@@ -78,3 +78,20 @@ def test_the_selector_is_set_without_a_mouse_and_the_dial_hidden(dial):
     dial.show = False
     assert not dial.show
     assert bpy.ops.spectral.dial_stop() == {"FINISHED"}
+
+
+@pytest.mark.parametrize(
+    ("where", "number"), [("intensity", float("nan")), ("intensity", float("inf")), ("base", float("nan"))]
+)
+def test_apply_and_bake_refuse_powers_that_are_no_numbers(stage, dial, where, number):
+    """A script may store NaN, which Blender does not limit; the lamps then had powers of NaN or Inf."""
+    holder = dial if where == "intensity" else dial.bulbs["Key"].members[0]
+    setattr(holder, where, number)
+    before = [bpy.data.lights[name].energy for name in ("Key", "Fill")]
+    with pytest.raises(RuntimeError, match="would get the power"):
+        bpy.ops.spectral.dial_apply()
+    assert [bpy.data.lights[name].energy for name in ("Key", "Fill")] == before
+    dial.selector = dial.bulbs["Key"].place
+    with pytest.raises(RuntimeError, match="'Dial Light' would get the power|not finite"):
+        bpy.ops.spectral.dial_bake()
+    assert "Dial Light" not in bpy.data.objects

@@ -173,6 +173,21 @@ def test_pictures_are_removed_from_every_camera(scene, shown):
     assert backgrounds("Front") == [own] and backgrounds("Side") == []
 
 
+def test_a_view_does_not_draw_a_picture_that_was_removed(scene, shown):
+    """A view draws the evaluated camera, which kept the picture until the next edit of the camera."""
+    bpy.context.window.scene = scene
+    image = shown(scene, 0.5)
+
+    def drawn():
+        camera = bpy.data.cameras["Front"].evaluated_get(bpy.context.evaluated_depsgraph_get())
+        return [each.image.name for each in camera.background_images]
+
+    assert drawn() == [image.name]
+    scene.spectral.dial.over_camera = False
+    shown(scene, 0.5)
+    assert drawn() == []
+
+
 def test_pictures_without_a_camera_are_removed_too(scene, shown):
     shown(scene, 0.5)
     scene.camera, scene.spectral.dial.over_camera = None, False

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from types import SimpleNamespace
 from typing import Any
 
@@ -41,6 +42,22 @@ def test_hidden_bars_and_those_beside_the_region_cover_nothing() -> None:
     assert covered(area(hidden, beside), QUADS[0]) == Covered()
 
 
+def test_the_dial_and_its_tooltip_are_above_the_bars_at_the_bottom_and_below_those_at_the_top(monkeypatch: Any) -> None:
+    """In Sculpt Mode the asset shelf and a header at the bottom covered half of the dial, which no mouse reached."""
+    header, shelf = part("HEADER", "BOTTOM", 100, 50, 1200, 27), part("ASSET_SHELF", "BOTTOM", 100, 77, 1200, 86)
+    tools = part("TOOL_HEADER", "TOP", 100, 823, 1200, 27)
+    assert [covered(area(header, shelf, tools), each) for each in QUADS] == [
+        Covered(bottom=113), Covered(top=27), Covered(bottom=113), Covered(top=27)
+    ]  # fmt: skip
+    free, shelved = (dial_beside(area(*bars), QUADS[0], 1.0) for bars in ((), (header, shelf)))
+    assert shelved.y - dial.DISC * shelved.unit >= 113 + free.y - dial.DISC * free.unit
+    pen = SimpleNamespace(size=lambda *_: None, dimensions=lambda _font, text: (7.0 * len(text), 12.0))
+    monkeypatch.setitem(sys.modules, "blf", pen)
+    for count in (1, 9):
+        plate = dial._tooltip_plate(shelved, ["a line"] * count, [], (0.0, 113.0, 600.0, 373.0))
+        assert plate[1] >= 113 and plate[1] + plate[3] <= 373
+
+
 @pytest.mark.parametrize(("height", "is_beside"), [(25, False), (200, True)])
 def test_the_dial_is_beside_an_open_panel_of_the_last_operation(height: int, is_beside: bool) -> None:
     """The closed one is below the dial."""
@@ -69,7 +86,7 @@ def test_lines_without_room_are_counted() -> None:
 @pytest.mark.parametrize("count", [3, 33])
 def test_the_tooltip_is_within_the_editor(count: int) -> None:
     shape = DialShape.in_region(800.0, 640.0, left=60.0)
-    left, low, width, height = dial._tooltip_plate(shape, ["a"] * count, [], (800.0, 640.0))
+    left, low, width, height = dial._tooltip_plate(shape, ["a"] * count, [], (0.0, 0.0, 800.0, 640.0))
     assert low >= 0
     assert low + height <= 640
     assert left >= 0
@@ -78,12 +95,12 @@ def test_the_tooltip_is_within_the_editor(count: int) -> None:
 
 def test_the_tooltip_is_beyond_the_names_at_the_right() -> None:
     shape = DialShape.in_region(1200.0, 700.0, left=60.0)
-    assert dial._tooltip_plate(shape, ["a"], [("name", 600.0, 90.0)], (1200.0, 700.0))[0] > 600.0
+    assert dial._tooltip_plate(shape, ["a"], [("name", 600.0, 90.0)], (0.0, 0.0, 1200.0, 700.0))[0] > 600.0
 
 
 def test_the_tooltip_is_above_the_dial_in_a_narrow_editor() -> None:
     """It covered the bulb under the mouse."""
     shape = DialShape.in_region(420.0, 440.0, left=60.0)
-    left, low, width, _ = dial._tooltip_plate(shape, ["a"] * 3, [], (300.0, 440.0))
+    left, low, width, _ = dial._tooltip_plate(shape, ["a"] * 3, [], (0.0, 0.0, 300.0, 440.0))
     assert low >= shape.y + dial.DISC * shape.unit
     assert left + width <= 300

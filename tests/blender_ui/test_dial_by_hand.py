@@ -140,8 +140,9 @@ def test_what_is_not_over_the_dial_is_left_to_blender(hand, scene, context) -> N
     assert hand.modal(context, event("LEFTMOUSE")) == {"PASS_THROUGH"}
     assert tuple(dial.selector) == pytest.approx((0.1, 0.2))
     assert hand.modal(context, event("ESC", "RELEASE")) == {"PASS_THROUGH"}
-    assert hand.modal(context, event("ESC")) == {"FINISHED"}
-    assert hand.modal(context, event("UP_ARROW")) == {"FINISHED"}  # ended
+    # no undo step: each drag has made its own, and another one would end what Redo brings back
+    assert hand.modal(context, event("ESC")) == {"CANCELLED"}
+    assert hand.modal(context, event("UP_ARROW")) == {"CANCELLED"}  # ended
 
 
 def test_a_dial_without_bulbs_is_not_turned(scene, context) -> None:
@@ -175,6 +176,19 @@ def test_the_divider_is_gripped_moved_limited_and_put_back(scene, context) -> No
     drag.modal(context, at("MOUSEMOVE", 60))
     assert drag.modal(context, at("ESC", 60)) == {"CANCELLED"}
     assert settings.divider == pytest.approx(0.75)
+
+
+def test_the_divider_stays_beside_the_bars_where_the_mouse_reaches_it(scene, context) -> None:
+    bars = (("TOOLS", "LEFT", 30, 60), ("UI", "RIGHT", 430, 200))  # the region ends at 630
+    context.area.regions += [
+        SimpleNamespace(type=kind, alignment=side, x=x, y=20, width=width, height=400) for kind, side, x, width in bars
+    ]
+    settings, drag = scene.spectral.viewport, Divider()
+    settings.divider = 0.5
+    assert drag.invoke(context, at("LEFTMOUSE", 300)) == {"RUNNING_MODAL"}
+    for x, pixel in ((-20, 60), (700, 400), (250, 250)):
+        drag.modal(context, at("MOUSEMOVE", x))
+        assert settings.divider * 600 == pytest.approx(pixel, abs=0.01)
 
 
 def test_each_part_of_a_quad_view_has_its_dial(hand, scene, context) -> None:

@@ -29,7 +29,7 @@ def test_a_message_over_a_rendered_view_has_contrast_to_its_plate():
 
 def test_a_name_beside_the_divider_is_readable_over_a_white_picture():
     """The plate let a seventh of the light through, which is a middle gray on the screen, and the noise of the view."""
-    from blender_addon.drawing.viewport import NAME, PLATE
+    from blender_addon.drawing.split import NAME, PLATE
 
     below = PLATE[3] * np.array(PLATE[:3]) + (1 - PLATE[3]) * np.ones(3)  # light of a white picture
     text = NAME[3] * np.array(NAME[:3]) + (1 - NAME[3]) * below

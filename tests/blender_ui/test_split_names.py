@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.drawing.viewport import name_spots
+from blender_addon.drawing.split import name_spots
 
 
 @pytest.mark.parametrize("middle", [0, 5, 150, 300, 420, 599, 600])

@@ -111,3 +111,17 @@ def test_a_peak_too_narrow_for_a_curve_is_refused(blender, ramp):
     jump = Material("jump", [0.4, 0.4, 0.4], [0, 1, 0.5], [1, 1, 1])
     store_transfer(data, TransferDocument(TransferFunction((jump,)), "fraction", "voxel"))
     assert stated_transfer(data).transfer.materials[0].extinction.tolist() == [0, 1, 0.5]
+
+
+@pytest.mark.parametrize("name", ["color", "density", "emission", "gradient"])
+def test_a_number_of_a_material_that_is_nan_leaves_the_volume_out_with_its_name(blender, ramp, name):
+    """A script may store NaN; a NaN emission was taken for none."""
+    thing = imported(ramp[0], preset="xray")
+    entry = thing.data.spectral.materials[0]
+    entry.use_gradient = name == "gradient"
+    assert len(translated().volumes) == 1
+    setattr(entry, name, (float("nan"), 0.5, 0.5) if name == "color" else float("nan"))
+    scene = translated()
+    assert not scene.volumes
+    told = [note.message for note in scene.notes if note.subject == thing.name]
+    assert any("nan" in text and repr(entry.name) in text and "left out" in text for text in told), told

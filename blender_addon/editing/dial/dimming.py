@@ -61,11 +61,25 @@ def require_writable(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | 
     for bulb, weight in zip(bulbs, weights, strict=True):
         for kept in bulb.members:
             block = _require_writable(bulb, kept)
+            require_power(kept.base * float(weight), kept.owner.name)
             if kept.socket == SEALED and _dims(weight):
                 raise InvalidInputError(
                     f"{block.name!r} emits light in its node {kept.node!r}, a node group or Volume Coefficients, which "
                     f"cannot be dimmed; ungroup the node, or leave {name_of(bulb)!r} at its recorded brightness"
                 )
+
+
+def require_power(value: float, name: str) -> float:
+    """A power or strength that Blender can store, in single precision. Raises InvalidInputError for NaN and Inf.
+
+    ``name``: name of the light. A script may store NaN in a setting of the dial.
+    """
+    if not abs(value) <= np.finfo(np.float32).max:
+        raise InvalidInputError(
+            f"{name!r} would get the power {value:g}; expected a number up to 3.4e38. Set Intensity and the recorded "
+            "powers of the dial to smaller finite numbers, or record again"
+        )
+    return value
 
 
 def _require_writable(bulb: PropertyGroup, kept: PropertyGroup) -> ID:

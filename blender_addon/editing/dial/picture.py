@@ -122,8 +122,11 @@ def lacks_view_transform(context: Context) -> bool:
 
 
 def _remove(camera: Camera, images: set[Image]) -> None:
-    for each in [each for each in camera.background_images if each.image in images]:
+    found = [each for each in camera.background_images if each.image in images]
+    for each in found:
         camera.background_images.remove(each)
+    if found:
+        camera.update_tag()  # a view draws the evaluated camera, which would keep them
 
 
 def look(context: Context, image: Image) -> bool:

@@ -5,7 +5,8 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Event
 
-from ...properties.render import ENGINE
+from ...drawing.covered import covered
+from ...drawing.split import is_split
 from ...properties.viewport import LOOKS
 
 GRIP_PIXELS = 12.0
@@ -71,14 +72,7 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
     @classmethod
     def poll(cls, context: Context) -> bool:
         """Only over a split view."""
-        space = context.space_data
-        return (
-            context.engine == ENGINE
-            and context.scene.spectral.viewport.is_split
-            and space is not None
-            and space.type == "VIEW_3D"
-            and space.shading.type == "RENDERED"
-        )
+        return is_split(context.space_data, context.scene)
 
     def invoke(self, context: Context, event: Event) -> set[str]:
         """Start the drag if the press is near the divider."""
@@ -96,7 +90,10 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
             return {"PASS_THROUGH"}
         settings = context.scene.spectral.viewport
         if event.type == "MOUSEMOVE":
-            settings.divider = min(max(event.mouse_region_x / max(context.region.width, 1), 0.0), 1.0)
+            region = context.region
+            known = covered(context.area, region)  # below a sidebar no mouse reaches the divider again
+            to = min(max(event.mouse_region_x, known.left), region.width - known.right)
+            settings.divider = min(max(to / max(region.width, 1), 0.0), 1.0)
         elif event.type in ("ESC", "RIGHTMOUSE"):
             settings.divider = self.before
             return {"CANCELLED"}

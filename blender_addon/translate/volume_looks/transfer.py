@@ -55,7 +55,7 @@ def value_range(volume: Volume) -> tuple[float, float] | None:
 def _stated(volume: Volume, entry: PropertyGroup, color: np.ndarray) -> Material:
     values, extinction = curve_points(volume, entry, "density")
     extinction, emission = extinction * entry.density, None
-    if entry.emission > 0:
+    if entry.emission != 0:  # also NaN, which a script may store: the core refuses it by name
         places, heights = curve_points(volume, entry, "emission")
         values, extinction, emission = _on_one_axis((values, extinction), (places, heights * entry.emission))
     gradient = {}

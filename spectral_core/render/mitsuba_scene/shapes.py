@@ -46,8 +46,8 @@ class Shapes:
         self._keeps_groups = context.switches is not None or (passes is not None and bool(passes.light_groups))
         self.meshes: dict[str, list[tuple[int, Any, Any]]] = {}
         """By the mesh's name the shapes of its parts in object space: material index, shape, its group."""
-        self.emissive: list[tuple[int, Instance]] = []
-        """Emissive instances, with their numbers as lights."""
+        self.emissive: list[tuple[Any, Instance]] = []
+        """Emissive instances, with their numbers as lights, or with Mitsuba's emitters without light tables."""
         self._uses = Counter((instance.mesh, instance.materials) for instance in scene.instances)
         self.geometry = geometry_for(
             context, scene, lambda parts: tuple(self._is_shared(parts[item.mesh], item) for item in scene.instances)
@@ -73,6 +73,8 @@ class Shapes:
             self._remember_medium(instance, index, shape)
             if self.context.lights is not None:
                 self._enter_emission(instance, index, (part, shape))
+            elif shape.emitter() is not None:
+                self.emissive.append((shape.emitter(), instance))
             shapes.append(shape)
         return shapes
 
@@ -94,10 +96,6 @@ class Shapes:
         placed = self.geometry.copies[number]
         context.tables.place(placed, instance, is_instance=True)
         return placed
-
-    def _remember_emission(self, instance: Instance) -> None:
-        if self.context.lights is not None:
-            self.emissive.append((len(self.context.lights.sources), instance))
 
     @property
     def groups(self) -> list[Any]:
@@ -215,6 +213,7 @@ class Shapes:
 
     def _enter_emission(self, instance: Instance, index: int, placed: tuple[geometry.Part, Any]) -> None:
         """Enter the emission of a mesh in the light tables."""
+        assert self.context.lights is not None
         (part, shape), material = placed, self._material(instance, index)
         constant = emitted_evenly(material.surface)
         emitter = shape.emitter() if constant is None else None
@@ -225,4 +224,4 @@ class Shapes:
             add_emissive(self.context, part, shape, (None, emitter, instance.group))
         else:
             return
-        self._remember_emission(instance)
+        self.emissive.append((len(self.context.lights.sources), instance))
