@@ -38,7 +38,7 @@ def as_rendered(surface: FluorescentSurface) -> tuple[FluorescentDye, ...]:
 
 
 def test_a_designed_dye_is_rendered_with_its_own_amount() -> None:
-    """Beside a reflectance of 1 the excitation was 1e-20, of which no share fits: F12 showed the mark without its dye."""
+    """Beside a reflectance of 1 the excitation was 1e-20, of which no share fits: F12 showed no dye."""
     solution = solve_fluorescent(presets.hidden_mark(), {1: [FluorescentDye.gaussian("green", 400, 530)]})
     surface = solution.surfaces[1]
     assert surface.amounts[0] > 0.1
