@@ -232,10 +232,10 @@ class LightDescent:
         low, high = problem.reflectance_bounds
         return np.full(problem.grid.size, low), np.full(problem.grid.size, high)
 
-    def _limits(self, state: PaletteState) -> NDArray[np.float64]:
-        """Bounds (k, 2) of all unknowns of the outer side, in its unit, for scipy."""
-        ends = [np.stack(self._ends_of(state, item), axis=1) for item in self._items]
-        return np.concatenate(ends) / self._unit
+    def _limits(self, state: PaletteState) -> list[tuple[float, float]]:
+        """Bounds of all unknowns of the outer side, in its unit, for scipy."""
+        ends = [self._ends_of(state, item) for item in self._items]
+        return [pair for low, high in ends for pair in zip(low / self._unit, high / self._unit, strict=True)]
 
     def _with_lights(self, state: PaletteState, values: Array) -> PaletteState:
         return state.with_values(self._outer, dict(zip(self._items, np.split(values, self._ends), strict=True)))
