@@ -125,10 +125,9 @@ def _state_of(solution: PaletteSolution) -> PaletteState:
     problem, state = solution.problem, initial_state(solution.problem)
     lights = {}
     for j, light in enumerate(problem.lights):
-        amounts, units = solution.amounts[j], state.given.units[j]
         if light.free:
-            mixed = amounts is not None and units is not None
-            lights[j] = np.asarray(amounts * units if mixed else solution.illuminants[j].values)
+            amounts, units, own = solution.amounts[j], state.given.units[j], solution.illuminants[j].values
+            lights[j] = np.asarray(own if amounts is None or units is None else amounts * units)
     surfaces = {i: solution.reflectances[i].values for i, item in enumerate(problem.reflectances) if item.free}
     state = replace(state, light_scale=solution.light_scale).with_values("lights", lights)
     return state.with_values("reflectances", surfaces)

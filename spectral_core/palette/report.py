@@ -17,7 +17,9 @@ from spectral_core.palette.cell_errors import CellErrors, cell_errors
 from spectral_core.palette.inaccurate import (
     excluded_pair,
     extreme_number,
+    held_materials,
     is_proven,
+    luminance_outside,
     missed_as_measured,
     only_black,
     unlit,
@@ -93,6 +95,8 @@ def _named_cause(
 ) -> tuple[PaletteStatus, str]:
     """The status and the remedy of a palette that was not solved, with the cells or lights that are the cause."""
     problem, excluded = builder.problem, ""
+    if status is PaletteStatus.EXACT_CONFLICT and (outside := luminance_outside(problem, state)):
+        return status, outside
     if status in (PaletteStatus.INACCURATE, PaletteStatus.EXACT_CONFLICT):
         excluded = excluded_pair(problem, state)
     if excluded:
@@ -169,8 +173,8 @@ def _dark_notes(builder: Assembler, state: PaletteState) -> list[str]:
 
 def bound_violation(problem: PaletteProblem, state: PaletteState) -> float:
     """Largest distance of any designed value outside its bounds."""
-    low, high = problem.reflectance_bounds
-    found = [(values, low, high) for values in state.reflectances if values is not None]
+    found: list[tuple[Array, Array | float, Array | float]] = []
+    found += [(values, *problem.reflectance_bounds) for values in state.reflectances if values is not None]
     for j, light in enumerate(state.lights):
         if light is not None:
             found.append((light, *state.light_limits(j, problem.light_bounds)))
@@ -213,7 +217,10 @@ def _status(
         return PaletteStatus.EXACT_CONFLICT
     if not trace.joint.passed or bounds > Check.BOUND_LIMIT:
         return PaletteStatus.INACCURATE
-    if dark or black_materials(builder, state):
+    faint = black_materials(builder, state)
+    if faint and not dark and not set(faint) & held_materials(builder.problem):
+        return PaletteStatus.INACCURATE  # no exact cell makes them black: a light is too bright for its targets
+    if dark or faint:
         return PaletteStatus.INVISIBLE
     if not trace.optimal or not _is_exact_optimum(trace):
         return PaletteStatus.IMPROVING

@@ -28,3 +28,27 @@ def test_a_white_may_have_any_luminance(size: float) -> None:
     solution = solve_palette(PaletteProblem(GRID, (light,), (PaletteReflectance("a"),), cells), seconds=1)
     assert solution.status in ("solved", "still_improving")
     assert solution.max_delta_e_2000 < 0.01
+
+
+@pytest.mark.parametrize("bounds", [(0.0, 1e-3), (0.5, np.inf)])
+def test_bounds_that_exclude_a_luminance_are_the_cause_that_is_named(bounds: tuple[float, float]) -> None:
+    """The remedy was to change exact cells, of which the palette has none."""
+    light = PaletteLight(START, free=True, luminance=1.0)
+    cells = ((Cell.fixed((0.3, 0.2, 0.1)),),)
+    problem = PaletteProblem(GRID, (light,), (PaletteReflectance("a"),), cells, light_bounds=bounds)
+    solution = solve_palette(problem, seconds=1)
+    assert solution.status == "exact_conflict"
+    assert "“start” must have the luminance 1, but within the bounds of lights" in solution.remedy
+    assert "exact" not in solution.remedy.partition("“start” must have")[2]
+    for power in bounds:  # of a light that has this power everywhere, by sums over the observer's table
+        if np.isfinite(power):
+            assert f"{power * 106.9:.2g}"[:3] in solution.remedy
+
+
+def test_a_light_far_too_bright_for_its_colors_is_inaccurate_and_named() -> None:
+    """Its material was said to be black under every light, beside black cells that the palette does not have."""
+    light = PaletteLight(START, free=True, luminance=1e9)
+    cells = ((Cell.fixed((0.3, 0.2, 0.1)),),)
+    solution = solve_palette(PaletteProblem(GRID, (light,), (PaletteReflectance("a"),), cells), seconds=1)
+    assert solution.status == "inaccurate"
+    assert "reduce the power or the luminance of the light" in solution.remedy

@@ -138,6 +138,7 @@ class View:
     def _powers_of_primaries(self, j: int) -> Array:
         """Samples on the grid of unit amounts of the primaries of a light, (n, p)."""
         knots, units = self._problem.grid.wavelengths_nm, self.state.given.units[j]
+        assert units is not None
         return np.stack([each.at(knots) for each in self._problem.lights[j].primaries], axis=1) / units
 
     def subspace_matrix(self, item: int, cell: CellIndex) -> Array:
