@@ -74,9 +74,19 @@ def _parsed(file: Path, what: str) -> Any:
     if not as_json:
         _require_readable_toml(text, file)
     try:
-        return json.loads(text) if as_json else tomllib.loads(text)
+        return json.loads(text, object_pairs_hook=_table_of) if as_json else tomllib.loads(text)
     except ValueError as error:  # also of an integer with over 4300 digits
         raise FileFormatError(f"{file}: {error}; expected {what} in {'JSON' if as_json else 'TOML'}") from error
+
+
+def _table_of(entries: list[tuple[str, Any]]) -> Document:
+    """A table of JSON. Raises ValueError for an entry that is stated twice: Python's reader keeps only the last."""
+    table = dict(entries)
+    if len(table) < len(entries):
+        names = [name for name, _ in entries]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"one table states the entry {twice[:60]!r} more than once; state it once")
+    return table
 
 
 def _require_readable_toml(text: str, file: Path) -> None:
@@ -126,6 +136,9 @@ def document_text(
     if suffix == ".json":
         return json.dumps(document, indent=indent, allow_nan=False) + "\n"
     if suffix == ".toml":
+        odd = next((each for each in comment if each == "\x7f" or (each < " " and each not in "\t\n\r")), "")
+        if odd:
+            raise InvalidInputError(f"the comment contains the control character {odd!r}; remove it")
         remark = "".join(f"# {line}".rstrip() + "\n" for line in comment.splitlines())
         return (remark + "\n" if remark else "") + toml_text(document)
     raise InvalidInputError(f"cannot tell the format of {path.name!r}; name {what} .toml or .json")

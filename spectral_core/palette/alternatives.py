@@ -29,7 +29,7 @@ from spectral_core.palette.solution import PaletteSolution
 from spectral_core.palette.solve import solve_palette
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
-from spectral_core.spectra.observer import linear_rgb_from_product, normalized
+from spectral_core.spectra.observer import linear_rgb_from_product, normalized, observer
 from spectral_core.spectra.spectrum import Illuminant, Reflectance
 
 Array = NDArray[np.float64]
@@ -123,11 +123,11 @@ def _state_of(solution: PaletteSolution) -> PaletteState:
     if solution.state is not None:
         return replace(solution.state, record=None)
     problem, state = solution.problem, initial_state(solution.problem)
-    lights = {
-        j: np.asarray(solution.illuminants[j].values if solution.amounts[j] is None else solution.amounts[j])
-        for j, light in enumerate(problem.lights)
-        if light.free
-    }
+    lights = {}
+    for j, light in enumerate(problem.lights):
+        if light.free:
+            amounts, units, own = solution.amounts[j], state.given.units[j], solution.illuminants[j].values
+            lights[j] = np.asarray(own if amounts is None or units is None else amounts * units)
     surfaces = {i: solution.reflectances[i].values for i, item in enumerate(problem.reflectances) if item.free}
     state = replace(state, light_scale=solution.light_scale).with_values("lights", lights)
     return state.with_values("reflectances", surfaces)
@@ -161,7 +161,8 @@ class _Pusher:
         self.range = np.concatenate([np.empty((2, 0)), *ranges.values()], axis=1)
         self.shown = [column for column in range(len(problem.lights)) if column not in targets | everywhere]
         """Columns without a request, or with a range."""
-        lamps = [color_kernel(problem.grid).matrix_of(lamp)[0] for lamp in ([] if self.shown else _elsewhere())]
+        kernel = color_kernel(problem.grid, problem.observers)
+        lamps = [kernel.matrix_of(lamp)[0] for lamp in ([] if self.shown else _elsewhere())]
         self.rows = [matrices[0][column] for column in self.shown] or lamps
         self.second = np.diff(np.eye(self.values.size), 2, axis=0)
         step = float(np.diff(problem.grid.wavelengths_nm).mean()) / 10.0
@@ -248,8 +249,10 @@ def _chosen(tried: Sequence[PaletteSolution], count: int, columns: Sequence[int]
 
 def _seen(solution: PaletteSolution, lights: Sequence[Illuminant]) -> Array:
     """CIELAB (materials, lights, 3)."""
+    viewer = observer(solution.problem.observers[0])
     colors = [
-        [linear_rgb_from_product(light, item.grid) @ item.values for light in lights] for item in solution.reflectances
+        [linear_rgb_from_product(light, item.grid, viewer) @ item.values for light in lights]
+        for item in solution.reflectances
     ]
     # Colors outside of the display's gamut differ as well.
     return np.asarray(lab_from_linear_rgb(np.array(colors)))

@@ -20,6 +20,7 @@ from spectral_core.palette.given import cell_name, told_apart
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.feasibility import forced_black
+from spectral_core.spectra.color import XYZ_FROM_RGB
 
 Array = NDArray[np.float64]
 
@@ -152,6 +153,30 @@ def white_remedy(problem: PaletteProblem, whites: list[int]) -> str:
     return " ".join(texts)
 
 
+def luminance_outside(problem: PaletteProblem, state: PaletteState) -> str:
+    """The remedy for a designed light whose bounds exclude the luminance that it must keep; "" if there is none."""
+    for j, light in enumerate(problem.lights):
+        if light.luminance is None:
+            continue
+        own, wanted = state.given.primary_colors[j], light.luminance * state.light_scale
+        y = XYZ_FROM_RGB[1] @ (state.kernel.bare[0] if own is None else own.T)
+        lit = y > ROUNDING * np.abs(y).max()
+        least, most = (float(y[lit] @ ends[lit]) for ends in state.light_limits(j, problem.light_bounds))
+        if not least * (1 - PROVEN) <= wanted <= most * (1 + PROVEN):
+            return (
+                f"“{light.name}” must have the luminance {wanted:.3g}, but within the bounds of lights, "
+                f"{problem.light_bounds[0]:g} to {problem.light_bounds[1]:g}, it has {least:.3g} to {most:.3g}. "
+                "Change the bounds, or the luminance."
+            )
+    return ""
+
+
+def held_materials(problem: PaletteProblem) -> set[int]:
+    """Materials that any exact cell concerns."""
+    cells = [((i, j), cell) for i, row in enumerate(problem.cells) for j, cell in enumerate(row) if cell.exact]
+    return {row for at, cell in cells for row, _ in (at, *cell.others)}
+
+
 def is_proven(problem: PaletteProblem, solved: Iterable[tuple[Assembled, Answer]]) -> bool:
     """True if the multipliers of a side prove that exact cells conflict by more than rounding of the largest color.
 
@@ -178,6 +203,13 @@ def extreme_number(problem: PaletteProblem, state: PaletteState) -> str:
         )
     white = np.abs(state.light_matrices()[0].sum(axis=2)).max(axis=1)
     seen = [j for j in np.argsort(white, kind="stable").tolist() if white[j] > 0]
+    if seen and white[seen[-1]] > SPREAD * max(most, 1.0):
+        name = told_apart([light.name for light in problem.lights], seen[-1])
+        return (
+            f"A white surface shows {white[seen[-1]]:.3g} in linear RGB under {name}, and the brightest wanted color "
+            f"is {most:.3g}: the materials reflect less than rounding errors. Expected is at most {SPREAD:g} "
+            "times that color: reduce the power or the luminance of the light."
+        )
     if seen and white[seen[-1]] > SPREAD * white[seen[0]]:
         names = [light.name for light in problem.lights]
         return (

@@ -20,6 +20,7 @@ from spectral_core.palette.given import CellIndex, cell_index_of, cell_name, seq
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.reachable import CellReach, NearestColor
 from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz, whitened
+from spectral_core.spectra.observer import Observer, observer
 from spectral_core.spectra.spectrum import Illuminant
 
 Array = NDArray[np.float64]
@@ -49,6 +50,8 @@ class PossibleColors:
     """Light of each held cell, and its color (3,) or the least and the greatest one (2, 3)."""
     follows: tuple[Illuminant, ...] = ()
     """Lights of the exact cells of the row that take their color from the cell."""
+    viewer: Observer | None = None
+    """The observer of the palette's targets; None: the standard one."""
 
     def nearest(self, linear_rgb: ArrayLike) -> NearestColor:
         """The possible color that is nearest to a wanted one, linear sRGB (3,)."""
@@ -71,12 +74,12 @@ class PossibleColors:
         kept = [pair for place, pair in zip(self.held, self.exact, strict=False) if place != cell]
         followers = zip(self.held[len(self.exact) :], self.follows, strict=True)
         follows = [light for place, light in followers if place != cell]
-        reach = CellReach(self.light, self.reach.grid, kept, None, follows, self.reach.bounds)
+        reach = CellReach(self.light, self.reach.grid, kept, None, follows, self.reach.bounds, self.viewer)
         return reach.nearest(linear_rgb).delta_e_2000
 
     def alone(self, linear_rgb: ArrayLike) -> float:
         """Remaining ΔE2000 to a wanted color if all other cells of the row are released."""
-        reach = CellReach(self.light, self.reach.grid, scale=None, bounds=self.reach.bounds)
+        reach = CellReach(self.light, self.reach.grid, scale=None, bounds=self.reach.bounds, viewer=self.viewer)
         return reach.nearest(linear_rgb).delta_e_2000
 
     def section(self, lightness: float, size: int = 64) -> NDArray[np.bool_]:
@@ -171,8 +174,9 @@ def possible_colors(
         exact.append((spectra[other], color))
     follows = tuple(spectra[other] for other in following)
     held += [(row, other) for other in following]
-    reach = CellReach(spectra[column], problem.grid, exact, None, follows, problem.reflectance_bounds)
-    return PossibleColors(index, reach, tuple(held), tuple(open_cells), spectra[column], tuple(exact), follows)
+    viewer = observer(problem.observers[0])  # the targets are colors for the first observer
+    reach = CellReach(spectra[column], problem.grid, exact, None, follows, problem.reflectance_bounds, viewer)
+    return PossibleColors(index, reach, tuple(held), tuple(open_cells), spectra[column], tuple(exact), follows, viewer)
 
 
 def _following(problem: PaletteProblem, index: CellIndex) -> list[int]:

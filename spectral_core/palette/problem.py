@@ -24,6 +24,9 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 Array = NDArray[np.float64]
 
+MOST_OVER_Y = 1e4
+"""Largest X and Z of a required white, relative to its Y."""
+
 
 @read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,6 +67,12 @@ class PaletteLight:
             object.__setattr__(self, "white_xyz", frozen_array("white_xyz", self.white_xyz, (3,)))
             if np.any(np.asarray(self.white_xyz) <= 0):
                 raise InvalidInputError(f"white_xyz of light {self.name!r} must be positive; got {self.white_xyz}")
+            largest = float(np.max(self.white_xyz))
+            if largest / MOST_OVER_Y > self.white_xyz[1]:
+                raise InvalidInputError(
+                    f"white_xyz of light {self.name!r} is {self.white_xyz}; expected X and Z of at most "
+                    f"{MOST_OVER_Y:g} times Y: of violet light of 380 nm, Z is 170 times Y"
+                )
         if self.luminance is not None:
             require_range(f"the luminance of light {self.name!r}", self.luminance, 1e-9, 1e9)
 

@@ -19,7 +19,7 @@ from spectral_core.checks import frozen_array, require_kind, require_whole
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.palette.given import color_ends, light_and_color, require_bounds, sequence_of
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb, whitened
-from spectral_core.spectra.observer import linear_rgb_from_product, normalized
+from spectral_core.spectra.observer import Observer, linear_rgb_from_product, normalized
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 Array = NDArray[np.float64]
@@ -73,6 +73,7 @@ class CellReach:
     scale : luminance of a perfect white under every light; None if the lights are as bright as they are given.
     follows : other lights under which the material has exactly the color that it has under ``light``.
     bounds : least and greatest reflectance; infinite where there is none.
+    viewer : the observer who sees all these colors; None for the standard one.
 
     Raises
     ------
@@ -87,19 +88,18 @@ class CellReach:
         scale: float | None = 1.0,
         follows: Sequence[Illuminant] = (),
         bounds: tuple[float, float] = (0.0, 1.0),
+        viewer: Observer | None = None,
     ) -> None:
         require_bounds("the bounds of a reflectance", bounds)
         require_kind("the grid of a reflectance", grid, SpectralGrid, "such as design_grid()")
-        exact, follows = (
-            [light_and_color(pair) for pair in sequence_of("exact", exact)],
-            sequence_of("follows", follows),
-        )
+        exact = [light_and_color(pair) for pair in sequence_of("exact", exact)]
+        follows = sequence_of("follows", follows)
         for each in (light, *(other for other, _ in exact), *follows):
             require_kind("a light", each, Illuminant)
         self.grid, self.bounds = grid, bounds
-        self.matrix = _rgb_rows(light, grid, scale)
-        held = [_rgb_rows(other, grid, scale) for other, _ in exact]
-        held += [_rgb_rows(other, grid, scale) - self.matrix for other in follows]
+        self.matrix = _rgb_rows(light, grid, scale, viewer)
+        held = [_rgb_rows(other, grid, scale, viewer) for other, _ in exact]
+        held += [_rgb_rows(other, grid, scale, viewer) - self.matrix for other in follows]
         self._held = np.concatenate([np.zeros((0, grid.size)), *held])
         self._exact = len(exact)
         ends = [color_ends(color) for _, color in exact] + [np.zeros((2, 3)) for _ in follows]
@@ -111,9 +111,9 @@ class CellReach:
         self._upper = np.minimum(np.concatenate([np.full(knots, bounds[1]), colors[1]]), OPEN)
         self._sense = np.concatenate([np.zeros(knots), np.where(self._is_equal, 5, 0)]).astype(np.int32)
         if len(held) and self._extreme(np.zeros(3)) is None:
-            within = " and ".join(f"{end:g}" for end in bounds)
             raise InvalidInputError(
-                f"no reflectance between {within} has the {len(held)} exact colors together; relax one of them"
+                f"no reflectance between {bounds[0]:g} and {bounds[1]:g} has the {len(held)} exact colors together; "
+                "relax one of them"
             )
 
     def extent(self, direction: ArrayLike) -> tuple[float, Array]:
@@ -293,6 +293,6 @@ class CellReach:
         return np.asarray(answer.x) if answer.status == 0 else None
 
 
-def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float | None) -> Array:
+def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float | None, viewer: Observer | None) -> Array:
     """Matrix (3, n) from a reflectance to linear sRGB under a light of luminance ``scale``; None: unscaled."""
-    return linear_rgb_from_product(light if scale is None else normalized(light, luminance=scale), grid)
+    return linear_rgb_from_product(light if scale is None else normalized(light, viewer, scale), grid, viewer)

@@ -17,7 +17,9 @@ from spectral_core.palette.cell_errors import CellErrors, cell_errors
 from spectral_core.palette.inaccurate import (
     excluded_pair,
     extreme_number,
+    held_materials,
     is_proven,
+    luminance_outside,
     missed_as_measured,
     only_black,
     unlit,
@@ -83,9 +85,7 @@ def reported(builder: Assembler, state: PaletteState, trace: SolveTrace) -> Pale
         notes=(*trace.notes, *dark),
         light_scale=state.light_scale,
         timings=dict(trace.timings),
-        amounts=tuple(
-            values if light.primaries else None for values, light in zip(state.lights, problem.lights, strict=True)
-        ),
+        amounts=tuple(state.amounts(j) for j in range(len(problem.lights))),
         state=replace(state, record=dict(trace.sides)),
     )
 
@@ -95,6 +95,8 @@ def _named_cause(
 ) -> tuple[PaletteStatus, str]:
     """The status and the remedy of a palette that was not solved, with the cells or lights that are the cause."""
     problem, excluded = builder.problem, ""
+    if status is PaletteStatus.EXACT_CONFLICT and (outside := luminance_outside(problem, state)):
+        return status, outside
     if status in (PaletteStatus.INACCURATE, PaletteStatus.EXACT_CONFLICT):
         excluded = excluded_pair(problem, state)
     if excluded:
@@ -171,15 +173,12 @@ def _dark_notes(builder: Assembler, state: PaletteState) -> list[str]:
 
 def bound_violation(problem: PaletteProblem, state: PaletteState) -> float:
     """Largest distance of any designed value outside its bounds."""
-    worst = 0.0
-    for values, (low, high) in (
-        (state.reflectances, problem.reflectance_bounds),
-        (state.lights, problem.light_bounds),
-    ):
-        for each in values:
-            if each is not None:
-                worst = max(worst, float(np.maximum(low - each, each - high).max()))
-    return worst
+    found: list[tuple[Array, Array | float, Array | float]] = []
+    found += [(values, *problem.reflectance_bounds) for values in state.reflectances if values is not None]
+    for j, light in enumerate(state.lights):
+        if light is not None:
+            found.append((light, *state.light_limits(j, problem.light_bounds)))
+    return max((float(np.maximum(least - values, values - most).max()) for values, least, most in found), default=0.0)
 
 
 def exact_error(requests: Requests, actual: Array) -> tuple[float, list[CellIndex]]:
@@ -218,7 +217,10 @@ def _status(
         return PaletteStatus.EXACT_CONFLICT
     if not trace.joint.passed or bounds > Check.BOUND_LIMIT:
         return PaletteStatus.INACCURATE
-    if dark or black_materials(builder, state):
+    faint = black_materials(builder, state)
+    if faint and not dark and not set(faint) & held_materials(builder.problem):
+        return PaletteStatus.INACCURATE  # no exact cell makes them black: a light is too bright for its targets
+    if dark or faint:
         return PaletteStatus.INVISIBLE
     if not trace.optimal or not _is_exact_optimum(trace):
         return PaletteStatus.IMPROVING
@@ -260,10 +262,10 @@ def _light(problem: PaletteProblem, state: PaletteState, j: int) -> Spectrum:
     light, values = problem.lights[j], state.lights[j]
     if values is None:
         return light.spectrum if state.light_scale == 1.0 else light.spectrum.scaled(state.light_scale)
-    grid = problem.grid
-    if light.primaries:
+    grid, amounts = problem.grid, state.amounts(j)
+    if amounts is not None:
         grid = knots_of_primaries(problem, j)
-        values = np.stack([each.at(grid.wavelengths_nm) for each in light.primaries], axis=1) @ values
+        values = np.stack([each.at(grid.wavelengths_nm) for each in light.primaries], axis=1) @ amounts
     kind = Illuminant if values.min() >= 0 else Spectrum
     return kind(light.name, grid, values, source="designed")
 

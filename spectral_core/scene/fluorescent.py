@@ -14,7 +14,7 @@ from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.paint import Color, Paint, gray
 from spectral_core.scene.shading.program import Computed
-from spectral_core.spectra.fluorescence import FluorescentDye, require_energy, share_per_amount
+from spectral_core.spectra.fluorescence import ENERGY_SLACK, FluorescentDye, require_energy, share_per_amount
 from spectral_core.spectra.spectrum import LAST_NM, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
@@ -56,9 +56,11 @@ class Fluorescent:
         arrives.
         """
         sent_out = share_per_amount(dyes, EXCITED_NM) @ np.asarray(amounts, dtype=np.float64)
-        room = 1.0 - cls(color).reflected(EXCITED_NM)
-        excess = sent_out > room
-        return float(np.min(np.maximum(room[excess], 0.0) / sent_out[excess], initial=1.0))
+        room = np.maximum(1.0 - cls(color).reflected(EXCITED_NM), 0.0)
+        # Designed dyes use all the room that there is, and rounding must not count: beside a reflectance of 1 the
+        # excitation of a dye is often 1e-20, of which no share would fit.
+        excess = sent_out > room + ENERGY_SLACK
+        return float(np.min((room[excess] + ENERGY_SLACK / 2) / sent_out[excess], initial=1.0))
 
     @property
     def checks_energy(self) -> bool:

@@ -103,16 +103,42 @@ class FluorescentDye:
         return np.interp(points, grid.wavelengths_nm, self.excitation_on(grid), left=0.0, right=0.0)
 
 
-def share_per_amount(dyes: Sequence[FluorescentDye], wavelengths_nm: Array) -> Array:
+def share_per_amount(dyes: Sequence[FluorescentDye], wavelengths_nm: Array, grid: SpectralGrid | None = None) -> Array:
     """(n, k): the larger of the shares of photons and of power at each wavelength that a unit amount emits again.
 
     A photon that is absorbed at λ and emitted around λ' keeps λ / λ' of its power, so the limit on photons is reached
-    first.
+    first. ``grid``: that of a design, on which the excitation is linear; None for the dye's own.
     """
     columns = [
-        dye.excitation.at(wavelengths_nm) * np.maximum(1.0, dye.emission_mean_nm / wavelengths_nm) for dye in dyes
+        (dye.excitation.at(wavelengths_nm) if grid is None else dye.excitation_at(wavelengths_nm, grid))
+        * np.maximum(1.0, dye.emission_mean_nm / wavelengths_nm)
+        for dye in dyes
     ]
     return np.stack(columns, axis=1) if columns else np.zeros((len(wavelengths_nm), 0))
+
+
+def share_between_knots(dyes: Sequence[FluorescentDye], knots_nm: Array) -> Array:
+    """(n, k): shares at the knots whose linear interpolation is at least ``share_per_amount`` at every wavelength
+    between them, where the excitation is linear between the knots.
+
+    Where the excitation rises steeply, the share of photons between two knots exceeds the line between its ends.
+    """
+    low, high = knots_nm[:-1], knots_nm[1:]
+    columns = [np.zeros((len(knots_nm), 0))]
+    for dye in dyes:
+        mean, taken = dye.emission_mean_nm, dye.excitation.at(knots_nm)
+        ends = taken * np.maximum(1.0, mean / knots_nm)
+        slope, line = np.diff(taken) / (high - low), np.diff(ends) / (high - low)
+        # Below the mean the share is mean · (level / λ + slope): farthest from the line where their slopes are equal.
+        level = taken[:-1] - slope * low
+        with np.errstate(divide="ignore", invalid="ignore"):
+            flat = np.sqrt(-mean * level / line)
+        above = np.zeros(len(low))
+        for nm in (np.clip(np.nan_to_num(flat), low, high), np.clip(mean, low, high)):
+            share = (level + slope * nm) * np.maximum(1.0, mean / nm)
+            above = np.maximum(above, share - ends[:-1] - line * (nm - low))
+        columns.append((ends + np.maximum(np.append(above, 0.0), np.append(0.0, above)))[:, None])
+    return np.concatenate(columns, axis=1)
 
 
 def require_energy(name: str, wavelengths_nm: Array, reflected: Array, sent_out: Array) -> None:

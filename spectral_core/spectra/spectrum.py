@@ -151,6 +151,7 @@ class Spectrum:
 
     def __post_init__(self) -> None:
         require_text("the name of a spectrum", self.name)
+        require_text(f"the source of spectrum {self.name!r}", self.source)
         if not isinstance(self.grid, SpectralGrid):
             raise InvalidInputError(
                 f"the grid of spectrum {self.name!r} is of type {type(self.grid).__name__}; expected a SpectralGrid, "

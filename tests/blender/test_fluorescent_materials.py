@@ -122,3 +122,21 @@ def test_a_designed_dye_renders_in_the_color_of_the_palette(build, tmp_path):
     expected = np.array(asked.actual_linear)
     expected = expected * found.sum() / expected.sum()  # the world's strength is the test's own
     assert float(delta_e_2000(*(lab_from_linear_rgb(rgb) for rgb in (found, expected)))) < 0.5
+
+
+def test_a_dye_outside_of_the_wavelengths_of_its_spectrum_gets_a_note(build, translate):
+    """It was hardly excited without a word; one whose rest was above its emission ended the translation in an error."""
+    from blender_addon.translate.spectra.stored import store_spectrum
+    from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
+
+    for name, taken, sent in (("Violet", 365.0, 450.0), ("Close", 390.0, 402.0), ("Inside", 460.0, 560.0)):
+        material = build.material(name, Color=(0.3, 0.3, 0.3, 1.0))
+        dye(material, taken, sent)
+        store_spectrum(material.spectral, Reflectance(name, SpectralGrid.uniform(410, 700, 10), np.full(30, 0.3)))
+        build.plane(material=material)
+    scene = translate()
+    notes = [(note.subject, note.message) for note in scene.notes]
+    assert any(who == "Violet" and "mainly outside of the wavelengths" in what for who, what in notes)
+    assert any(who == "Close" and "410 to 700 nm" in what for who, what in notes)
+    assert not any(who == "Inside" for who, _ in notes)
+    assert [len(fluorescent(scene, name)[0].dyes) for name in ("Close", "Inside")] == [0, 1]

@@ -180,6 +180,7 @@ def refused() -> list[tuple[PaletteProblem, str]]:
         (replace(problem, grid=SpectralGrid.uniform(interpolation="sampled")), "linear between them"),
         (replace(problem, reflectance_bounds=(0.0, 0.8)), "physical spectra, or no bounds"),
         (replace(problem, subspace=SubspaceCriterion(basis)), "subspace criterion"),
+        (replace(problem, observers=("cie_1964_10deg", "cie_1931_2deg")), "for the observer 'cie_1964_10deg'"),
         (on_grid(problem, 250.0, 700.0, 10.0), "300 to 780"),
         (on_grid(problem, 380.0, 1000.0, 10.0), "400 to 900"),
         (on_grid(problem, 380.0, 780.0, 0.5), "5 to 601"),

@@ -176,3 +176,19 @@ def test_an_unknown_ending_is_refused(tmp_path: Path) -> None:
 def _written(folder: Path) -> Path:
     write_document(folder / "x.toml", {"a": [1.5, {"b": "c"}]}, comment="hello")
     return folder / "x.toml"
+
+
+def test_an_entry_that_is_stated_twice_is_refused(tmp_path: Path) -> None:
+    """Of two entries of a JSON table the first was dropped without a word; TOML files were refused already."""
+    write_palette(tmp_path / "p.json", presets.hidden_mark())
+    text = (tmp_path / "p.json").read_text()
+    (tmp_path / "p.json").write_text(text.replace('"mode": "fixed"', '"mode": "black", "mode": "fixed"', 1))
+    with pytest.raises(FileFormatError, match=r"p\.json: one table states the entry 'mode' more than once"):
+        read_palette(tmp_path / "p.json")
+
+
+def test_a_comment_that_toml_cannot_state_is_refused(tmp_path: Path) -> None:
+    """The file was written, and could not be read."""
+    with pytest.raises(InvalidInputError, match=r"control character '\\x00'; remove it"):
+        write_document(tmp_path / "p.toml", {"a": 1}, comment="one\ntwo\0")
+    assert not (tmp_path / "p.toml").exists()

@@ -75,3 +75,26 @@ def test_a_light_group_that_no_file_can_hold_is_refused_before_rendering() -> No
     lamp = PointLight(name="caf\udce9", world_from_light=matrix((0, 0, 3)), power_w=60, group="caf\udce9")
     with pytest.raises(InvalidInputError, match="the name of a light group is"):
         record_transport(lit_plane(lamp, camera=looking_down(8, 0.5)), MixtureStorage(), render=None)
+
+
+@pytest.mark.parametrize("ending", ["csv", "spd", "spdx"])
+def test_a_file_whose_name_is_not_utf8_is_read_and_its_spectra_are_written(tmp_path: Path, ending: str) -> None:
+    """Its name is the source of its spectra, which no TOML file and no table could state: writing ended in an error."""
+    light = illuminant("D65")
+    write_spectra(tmp_path / f"a.{ending}", [Spectrum("caf", light.grid, light.values)])
+    try:
+        odd = (tmp_path / f"a.{ending}").rename(tmp_path / f"caf\udce9.{ending}")
+    except OSError:
+        pytest.skip("this system has no such file names")
+    if ending == "csv":
+        odd.write_text("400 1\n500 2\n600 1.5\n")
+    (lamp,) = read_spectra(odd, kind="illuminant")
+    assert lamp.source.startswith("caf") or ending != "csv"
+    write_spectra(tmp_path / "back.csv", [lamp])
+    problem = hidden_mark()
+    lights = (replace(problem.lights[0], spectrum=lamp), problem.lights[1])
+    for name in ("back.toml", "back.json"):
+        write_palette(tmp_path / name, replace(problem, lights=lights))
+        assert read_palette(tmp_path / name).lights[0].spectrum.source == lamp.source
+    with pytest.raises(InvalidInputError, match="the source of spectrum 'caf"):
+        Spectrum("caf", light.grid, light.values, source="caf\udce9")

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from benchmarks.palette.cases.hard import hard_problem
@@ -11,6 +13,7 @@ from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteRef
 from spectral_core.palette.presets import design_grid
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import SpectralGrid
 
 
 def constant_under(one: str, other: str) -> PaletteProblem:
@@ -81,3 +84,26 @@ def test_the_visible_cell_and_its_remedy_come_before_cells_that_are_missed_invis
     assert first.cell == (0, 0)
     freed = solve_palette(problem.with_cells(dict.fromkeys(first.relieved_by, Cell.ignore())))
     assert freed.status == "solved"
+
+
+def test_the_status_of_cells_that_hold_in_black_alone_does_not_depend_on_the_order_of_rows() -> None:
+    """In one order the engine found the black optimum, called a compromise, and in the others a conflict was stated."""
+    lights = [PaletteLight(normalized(illuminant(name))) for name in ("D65", "LED-B1", "FL2")]
+    rows = (
+        (Cell.fixed((0.4, 0.4, 0.1)), Cell.fixed((0.2, 0.3, 0.2)), Cell.fixed((0.3, 0.2, 0.1))),
+        (Cell.fixed((0.2, 0.3, 0.4)), Cell.same_as((2, 2), exact=True), Cell.ignore()),
+        (Cell.same_as((0, 0), exact=True), Cell.fixed((0.2, 0.0, 0.3)), Cell.same_as((1, 0), exact=True)),
+    )
+    grid = SpectralGrid.uniform(400, 700, 10)
+    for order, columns in (((0, 1, 2), (0, 1, 2)), ((2, 1, 0), (2, 1, 0)), ((1, 2, 0), (0, 2, 1))):
+        moved = tuple(
+            tuple(
+                replace(rows[i][j], others=tuple((order.index(a), columns.index(b)) for a, b in rows[i][j].others))
+                for j in columns
+            )
+            for i in order
+        )
+        materials = tuple(PaletteReflectance("abc"[i]) for i in order)
+        solution = solve_palette(PaletteProblem(grid, tuple(lights[j] for j in columns), materials, moved))
+        assert solution.status == "exact_conflict"
+        assert "can be exact only in black" in solution.remedy

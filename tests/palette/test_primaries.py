@@ -91,3 +91,39 @@ def test_many_free_lights_of_a_required_white_are_the_inner_side() -> None:
         row = tuple(Cell.fixed((0.2, 0.3, 0.4), exact=j % 2 == 0) for j in range(count))
         problem = PaletteProblem(grid, lights, (PaletteReflectance("paint"),), (row,))
         assert outer_side(problem, compiled_requests(problem)) == side
+
+
+@pytest.mark.parametrize("most", [np.inf, 0.8])
+@pytest.mark.parametrize("factor", [1e-25, 1e-12, 1e12, 1e25])
+def test_the_unit_of_the_primaries_does_not_matter(factor: float, most: float) -> None:
+    """Primaries of 1e-12 were inaccurate with ΔE 12, those of 1e12 invisible in other palettes."""
+
+    def solved(unit: float):
+        fine = np.arange(380.0, 781.0)
+        leds = [
+            Illuminant(f"{p}", SpectralGrid(fine), unit * 0.02 * np.exp(-(((fine - p) / 10) ** 2)))
+            for p in (450, 535, 615)
+        ]
+        day = normalized(illuminant("D65"))
+        return solve_palette(
+            PaletteProblem(
+                SpectralGrid.uniform(380, 780, 10),
+                (PaletteLight(day), PaletteLight(day, free=True, primaries=tuple(leds))),
+                (PaletteReflectance("a"), PaletteReflectance("b")),
+                (
+                    (Cell.fixed((0.3, 0.3, 0.3)), Cell.fixed((0.4, 0.2, 0.1))),
+                    (Cell.fixed((0.2, 0.3, 0.1), exact=True), Cell.fixed((0.1, 0.2, 0.1))),
+                ),
+                light_bounds=(0.0, most / unit),
+            ),
+            explain=False,
+        )
+
+    plain, scaled = solved(1.0), solved(factor)
+    assert plain.status == scaled.status == "solved"
+    assert scaled.max_delta_e_2000 == pytest.approx(plain.max_delta_e_2000, rel=1e-2)
+    np.testing.assert_allclose(factor * scaled.amounts[1], plain.amounts[1], rtol=1e-3)
+    assert (factor * scaled.amounts[1]).max() <= most * (1 + 1e-12)
+    shone = scaled.illuminants[1]
+    for surface, shown in zip(scaled.reflectances, scaled.actual_linear_rgb[:, 1], strict=True):
+        np.testing.assert_allclose(RGB_FROM_XYZ @ xyz_of(shone, surface), shown, rtol=5e-5, atol=1e-6)

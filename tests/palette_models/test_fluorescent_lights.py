@@ -17,7 +17,7 @@ from spectral_core.palette.paint.fluorescent_design import FluorescentSolution, 
 from spectral_core.palette.paint.fluorescent_report import palette_solution
 from spectral_core.palette.qp.optimality import Check
 from spectral_core.spectra import catalogue, observer
-from spectral_core.spectra.fluorescence import FluorescentDye, share_per_amount
+from spectral_core.spectra.fluorescence import FluorescentDye, share_between_knots
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 GRID = SpectralGrid.uniform(360, 780, 10)
@@ -61,7 +61,7 @@ def side_gains_with_dyes(solution: FluorescentSolution) -> list[float]:
         for i, paint in enumerate(solution.surfaces):
             if side == "reflectances":
                 x = cp.Variable(n + len(paint.dyes), nonneg=True)
-                share = share_per_amount(paint.dyes, GRID.wavelengths_nm)
+                share = share_between_knots(paint.dyes, GRID.wavelengths_nm)
                 constraints.append(x[:n] + (share @ x[n:] if paint.dyes else 0) <= 1)
                 terms.append(cp.sum_squares(rough @ x[:n]))
                 here += float(np.sum((rough @ paint.reflectance.values) ** 2))

@@ -85,6 +85,11 @@ def require_storable(problem: PaletteProblem) -> None:
             f"this palette bounds reflectances by {problem.reflectance_bounds} and lights by {problem.light_bounds}; "
             "the table supports physical spectra, or no bounds at all"
         )
+    if problem.observers[0] != STANDARD:
+        raise InvalidInputError(
+            f"this palette states its colors for the observer {problem.observers[0]!r}; the table states them for "
+            f"{STANDARD!r}. Put that one first and adapt the colors, or solve the file with spectral-scene design"
+        )
     if problem.subspace is not None:
         raise InvalidInputError(
             "this palette has a subspace criterion, which the table does not support; use the library"

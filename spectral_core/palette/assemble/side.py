@@ -169,10 +169,9 @@ class Assembler:
         all_ties = np.concatenate([ties.reshape(3 * len(rows), 3 * len(columns)), np.zeros((extra, 3 * len(columns)))])
         no_primaries = not view.has_primaries(item) and self.requests.smoothness > 0
         roughness, gram = self.roughness(view.side) if no_primaries else (np.zeros((0, size)), np.zeros((size, size)))
-        low, high = self.problem.reflectance_bounds if view.side == "reflectances" else self.problem.light_bounds
+        bounds = view.limits_of(item)
         joined = parts[0] if len(parts) == 1 else tuple(np.concatenate(each) for each in zip(*parts, strict=True))
         own = np.concatenate([np.repeat([row.own_weight for row in rows], 3), np.ones(extra)])
-        bounds = np.full(size, low), np.full(size, high)
         return Block(joined[0], joined[1], all_ties, joined[2], roughness, gram, *bounds, keys, own)
 
     def _known_rows(self, view: View, columns: dict[tuple[int, int], int], boxes: Array) -> tuple[Array, Array, Array]:

@@ -35,6 +35,10 @@ class Given:
     """(V + 1 or p, O, 3): colors of measured reflectances under measured lights, or under each primary."""
     primary_colors: tuple[Array | None, ...]
     """(p, 3): color of each primary, for the first observer."""
+    units: tuple[Array | None, ...]
+    """(p,): the brightness of each primary as it is given, a power of two; None without primaries. All colors of
+    primaries are divided by it, so that no solver's tolerance depends on the unit of a file's power.
+    """
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +48,7 @@ class PaletteState:
     kernel: ColorKernel
     given: Given
     lights: tuple[Array | None, ...]
-    """(n,) on the grid, or (p,) amounts of primaries."""
+    """(n,) on the grid, or (p,) amounts of primaries times their units."""
     reflectances: tuple[Array | None, ...]
     light_scale: float = 1.0
     record: Any = field(default=None, repr=False)
@@ -81,7 +85,7 @@ class PaletteState:
         return self._with_designed(found, self.reflectances, own)
 
     def primary_matrix(self, i: int, j: int) -> Array:
-        """(O, 3, p): color of reflectance i under amounts of the primaries of light j."""
+        """(O, 3, p): color of reflectance i under unit amounts of the primaries of light j."""
         values, primaries = self.reflectances[i], self.given.primaries[j]
         assert primaries is not None
         shown = self.given.both[i, j] if values is None else primaries @ values
@@ -115,6 +119,17 @@ class PaletteState:
                 found[j] = known[condition.observer] @ values
         return found
 
+    def amounts(self, j: int) -> Array | None:
+        """Amounts of the primaries of a light as they are given, (p,); None without primaries."""
+        units, values = self.given.units[j], self.lights[j]
+        return None if units is None or values is None else values / units
+
+    def light_limits(self, j: int, bounds: tuple[float, float]) -> tuple[Array, Array]:
+        """Least and greatest values of a designed light, whose samples or amounts have ``bounds``."""
+        units = self.given.units[j]
+        size = np.ones(self.kernel.grid.size) if units is None else units
+        return bounds[0] * size, bounds[1] * size
+
     def with_values(self, side: str, values: dict[int, Array]) -> PaletteState:
         """The state with some unknowns of a side replaced."""
         if side == "lights":
@@ -141,31 +156,46 @@ def given_of(problem: PaletteProblem, kernel: ColorKernel) -> Given:
     def stacked(spectra: tuple[Illuminant, ...]) -> Array:
         return np.stack([kernel.matrix_of(each) for each in spectra])
 
+    units = tuple(_units(light, kernel) for light in problem.lights)
     both = {}
     for i, item in enumerate(problem.reflectances):
-        for j, light in enumerate(problem.lights):
+        for j, (light, unit) in enumerate(zip(problem.lights, units, strict=True)):
             lamps = light.primaries if light.free else (light.spectrum, *light.variants)
             if item.spectrum is not None and lamps:
-                both[i, j] = np.stack([kernel.color_of(lamp, item.spectrum) for lamp in lamps])
+                shown = np.stack([kernel.color_of(lamp, item.spectrum) for lamp in lamps])
+                both[i, j] = shown if unit is None else shown / unit[:, None, None]
+    mixed = [(light.primaries, unit) for light, unit in zip(problem.lights, units, strict=True)]
     return Given(
         tuple(None if light.free else stacked((light.spectrum, *light.variants)) for light in problem.lights),
-        tuple(stacked(light.primaries) if light.free and light.primaries else None for light in problem.lights),
+        tuple(None if unit is None else stacked(lamps) / unit[:, None, None, None] for lamps, unit in mixed),
         tuple(None if item.spectrum is None else kernel.matrix_of(item.spectrum) for item in problem.reflectances),
         both,
         tuple(
-            np.stack([kernel.color_of(each)[0] for each in light.primaries]) if light.primaries else None
-            for light in problem.lights
+            None if unit is None else np.stack([kernel.color_of(each)[0] for each in lamps]) / unit[:, None]
+            for lamps, unit in mixed
         ),
+        units,
     )
+
+
+def _units(light: PaletteLight, kernel: ColorKernel) -> Array | None:
+    """Brightness of each primary, or its power if no eye sees it, as a power of two, which divides without rounding."""
+    if not light.primaries:
+        return None
+    seen = np.array([np.abs(kernel.color_of(each)).max() for each in light.primaries])
+    sizes = np.where(seen > 0, seen, [np.abs(each.values).max() for each in light.primaries])
+    return np.asarray(2.0 ** np.round(np.log2(np.where(sizes > 0, sizes, 1.0))))
 
 
 def initial_state(problem: PaletteProblem, warm: PaletteState | None = None) -> PaletteState:
     """Start spectra: designed lights as given, reflectances mid gray; values of ``warm`` if their shapes are equal."""
     kernel = color_kernel(problem.grid, problem.observers)
     middle = np.clip(0.5, *problem.reflectance_bounds)
-    lights = [_start_of(light) if light.free else None for light in problem.lights]
+    given = given_of(problem, kernel)
+    pairs = zip(problem.lights, given.units, strict=True)
+    lights = [_start_of(light, units) if light.free else None for light, units in pairs]
     reflectances = [np.full(problem.grid.size, middle) if item.free else None for item in problem.reflectances]
-    state = PaletteState(kernel, given_of(problem, kernel), tuple(lights), tuple(reflectances))
+    state = PaletteState(kernel, given, tuple(lights), tuple(reflectances))
     if warm is None or not _same_shape(state, warm):
         return state
     if not problem.scale_lights:
@@ -173,14 +203,15 @@ def initial_state(problem: PaletteProblem, warm: PaletteState | None = None) -> 
     return replace(state, lights=warm.lights, reflectances=warm.reflectances, light_scale=warm.light_scale)
 
 
-def _start_of(light: PaletteLight) -> Array:
+def _start_of(light: PaletteLight, units: Array | None) -> Array:
     """Start values of a designed light: its spectrum, or the amounts of primaries nearest to it."""
-    if not light.primaries:
+    if units is None:
         return np.array(light.spectrum.values)
     from scipy.optimize import nnls
 
     knots = np.unique(np.concatenate([each.grid.wavelengths_nm for each in (light.spectrum, *light.primaries)]))
-    amounts, _ = nnls(np.stack([each.at(knots) for each in light.primaries], axis=1), light.spectrum.at(knots))
+    powers = np.stack([each.at(knots) for each in light.primaries], axis=1) / units
+    amounts, _ = nnls(powers, light.spectrum.at(knots))
     # Every primary starts above 0: a reflectance designed under an unlit primary would not depend on it.
     return np.asarray(amounts + 0.01 * max(float(amounts.max(initial=0.0)), 1e-3))
 

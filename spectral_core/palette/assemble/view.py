@@ -82,6 +82,13 @@ class View:
         primaries = self.state.given.primaries[item] if self.side == "lights" else None
         return self._problem.grid.size if primaries is None else len(primaries)
 
+    def limits_of(self, item: int) -> tuple[Array, Array]:
+        """Least and greatest values of an item, (p,) each."""
+        if self.side == "lights":
+            return self.state.light_limits(item, self._problem.light_bounds)
+        low, high = self._problem.reflectance_bounds
+        return np.full(self._problem.grid.size, low), np.full(self._problem.grid.size, high)
+
     def matrix(self, item: int, row: Row) -> Array:
         """(3, p) with color = matrix @ unknowns of the item."""
         seen = self._conditions[row.condition]
@@ -126,14 +133,17 @@ class View:
         light, values, knots = self._problem.lights[j], self.state.lights[j], self._problem.grid.wavelengths_nm
         if values is None:
             return self.state.light_scale * light.spectrum.at(knots)
-        if light.primaries:
-            return np.stack([each.at(knots) for each in light.primaries], axis=1) @ values
-        return values
+        return self._powers_of_primaries(j) @ values if light.primaries else values
+
+    def _powers_of_primaries(self, j: int) -> Array:
+        """Samples on the grid of unit amounts of the primaries of a light, (n, p)."""
+        knots, units = self._problem.grid.wavelengths_nm, self.state.given.units[j]
+        assert units is not None
+        return np.stack([each.at(knots) for each in self._problem.lights[j].primaries], axis=1) / units
 
     def subspace_matrix(self, item: int, cell: CellIndex) -> Array:
         """F of a cell over the unknowns of its item, (3, p)."""
         matrix = self.subspace_errors()[cell[1 - self._axis]]
         if not self.has_primaries(item):
             return np.asarray(matrix)
-        knots = self._problem.grid.wavelengths_nm
-        return np.asarray(matrix @ np.stack([each.at(knots) for each in self._problem.lights[item].primaries], axis=1))
+        return np.asarray(matrix @ self._powers_of_primaries(item))

@@ -23,7 +23,7 @@ from spectral_core.palette.qp.answer import Answer, answer_at, better, is_strain
 from spectral_core.palette.qp.backends import change_on_rows
 from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.engine import Engine
-from spectral_core.palette.qp.feasibility import forced_black
+from spectral_core.palette.qp.feasibility import asked_black, forced_black
 from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
@@ -42,6 +42,10 @@ ALONG = 1e-7
 """Share of a direction by which it may leave the exact rows."""
 TRACE = 1e-13
 """Coefficient relative to the largest of its exact row, below which it changes no color that the check can tell."""
+NEARLY_BLACK = 1e-4
+"""Linear RGB of a shared color from which it is not black. Exact rows that hold within their tolerance leave 1e-6 of
+a color that must be black.
+"""
 FAINT = 1e-10
 """Distance to a bound that is the tolerance of a linear program."""
 NAME = "linear program"
@@ -55,6 +59,8 @@ class Decision:
     problem: Quadratic
     answer: Answer
     is_new: bool = False
+    is_black: bool | None = None
+    """True if a linear program has shown that exact cells hold in black alone; None if it was not asked."""
 
 
 def decided(problem: Quadratic, answer: Answer, before: Decision | None = None) -> Decision:
@@ -70,9 +76,12 @@ def decided(problem: Quadratic, answer: Answer, before: Decision | None = None) 
 def _decision(problem: Quadratic, answer: Answer, before: Decision | None) -> Decision:
     found = Decision(problem, answer)
     if answer.check.passed and not answer.infeasible:
+        is_black = _holds_in_black_alone(problem, answer, before)
+        if is_black:
+            return Decision(problem, _compromise(problem, answer, BLACK), is_black=True)
         # Multipliers without measure ask for zeros that no color shows.
         other = _in_the_dark(problem) if is_strained(problem, answer) else None
-        return Decision(problem, better(problem, answer, other))
+        return Decision(problem, better(problem, answer, other), is_black=is_black)
     if not problem.has_equalities or not answer.values or problem.size > LARGEST:
         return found
     if answer.infeasible and answer.check.passed and least_miss(problem, answer) > HELD:
@@ -81,10 +90,23 @@ def _decision(problem: Quadratic, answer: Answer, before: Decision | None) -> De
     return Decision(problem, again or _decided(problem, answer), is_new=True)
 
 
+def _holds_in_black_alone(problem: Quadratic, answer: Answer, before: Decision | None) -> bool | None:
+    """True if exact cells share a color that can only be black, which the engine may find as the optimum or not,
+    depending on the order of the rows; None where no shared color is black.
+    """
+    if not answer.colors.size or np.abs(answer.colors).max(axis=1).min() > NEARLY_BLACK or problem.size > LARGEST:
+        return None
+    if before is not None and before.is_black is not None and _same_rows(problem, before.problem):
+        return before.is_black
+    is_near = np.repeat(np.abs(answer.colors).max(axis=1) <= NEARLY_BLACK, 3) & ~asked_black(problem)
+    exact = [block.ties[block.exact][:, is_near] for block in problem.blocks]
+    return bool(any(ties.any() for ties in exact) and forced_black(problem))
+
+
 def _again(problem: Quadratic, answer: Answer, before: Decision) -> Answer | None:
     """The answer that the last decision leaves, if it is about the same exact rows."""
     old = before.problem
-    if len(old.blocks) != len(problem.blocks) or old.size != problem.size or not _same_rows(problem, old):
+    if not _same_rows(problem, old):
         return None
     if before.answer.infeasible:
         return answer if answer.infeasible else None
@@ -124,6 +146,8 @@ def _with_rows_apart(problem: Quadratic, answer: Answer) -> Answer:
 
 
 def _same_rows(problem: Quadratic, other: Quadratic) -> bool:
+    if len(other.blocks) != len(problem.blocks) or other.size != problem.size:
+        return False
     bounds = zip((problem.lower, problem.upper), (other.lower, other.upper), strict=True)
     return all(np.array_equal(*pair) for pair in bounds) and all(
         np.array_equal(one.exact, two.exact)

@@ -175,10 +175,8 @@ class LightDescent:
                 best.objective, best.state = objective, found
             return objective / size, self._unit / size * gradient
 
-        problem = self.assembler.problem
-        low, high = problem.light_bounds if self._outer == "lights" else problem.reflectance_bounds
         begin = np.concatenate([known(getattr(state, self._outer)[j]) for j in self._items]) / self._unit
-        limits = [(low / self._unit, high / self._unit)] * begin.size
+        limits = self._limits(state)
         options = {
             "maxcor": MEMORY,
             "ftol": STALLED,
@@ -216,26 +214,36 @@ class LightDescent:
         values = np.concatenate([known(getattr(state, self._outer)[j]) for j in self._items]) / self._unit
         if self._is_allowed(values):
             return state
-        low, high = self.assembler.problem.light_bounds
         found = minimize(
             lambda x: (0.5 * float((x - values) @ (x - values)), x - values),
             values,
             jac=True,
             method="SLSQP",
-            bounds=[(low / self._unit, high / self._unit)] * values.size,
+            bounds=self._limits(state),
             constraints=self._equality(),
         )
         return self._with_lights(state, self._unit * found.x) if self._is_allowed(found.x) else state
+
+    def _ends_of(self, state: PaletteState, item: int) -> tuple[Array, Array]:
+        """Least and greatest values of a spectrum of the outer side."""
+        problem = self.assembler.problem
+        if self._outer == "lights":
+            return state.light_limits(item, problem.light_bounds)
+        low, high = problem.reflectance_bounds
+        return np.full(problem.grid.size, low), np.full(problem.grid.size, high)
+
+    def _limits(self, state: PaletteState) -> list[tuple[float, float]]:
+        """Bounds of all unknowns of the outer side, in its unit, for scipy."""
+        ends = [self._ends_of(state, item) for item in self._items]
+        return [pair for low, high in ends for pair in zip(low / self._unit, high / self._unit, strict=True)]
 
     def _with_lights(self, state: PaletteState, values: Array) -> PaletteState:
         return state.with_values(self._outer, dict(zip(self._items, np.split(values, self._ends), strict=True)))
 
     def scattered(self, state: PaletteState, rng: np.random.Generator) -> PaletteState:
         """The outer side drawn at random sample by sample, each spectrum with its previous mean."""
-        problem = self.assembler.problem
-        low, high = problem.light_bounds if self._outer == "lights" else problem.reflectance_bounds
         values = {}
         for j in self._items:
             old = known(getattr(state, self._outer)[j])
-            values[j] = np.clip(2.0 * np.mean(np.abs(old)) * rng.uniform(size=old.size), low, high)
+            values[j] = np.clip(2.0 * np.mean(np.abs(old)) * rng.uniform(size=old.size), *self._ends_of(state, j))
         return state.with_values(self._outer, values)

@@ -20,11 +20,19 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.cell import LARGEST
 from spectral_core.palette.given import sequence_of
 from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.fluorescence import FluorescentDye, require_energy, share_per_amount
+from spectral_core.spectra.fluorescence import (
+    FluorescentDye,
+    require_energy,
+    share_between_knots,
+    share_per_amount,
+)
 from spectral_core.spectra.observer import Observer, integration_points, linear_rgb_from_product, xyz_of
 from spectral_core.spectra.spectrum import LAST_NM, Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
+
+BETWEEN = 8
+"""Wavelengths per step of the grid at which the returned light is checked."""
 
 
 @read_only_when_copied
@@ -46,9 +54,11 @@ class FluorescentSurface:
         object.__setattr__(self, "amounts", frozen_array(f"amounts of {self.name!r}", self.amounts, (len(self.dyes),)))
         if self.amounts.min(initial=0.0) < 0:
             raise InvalidInputError(f"amounts of {self.name!r} are {self.amounts.tolist()}; expected at least 0")
+        steps = np.linspace(0.0, 1.0, BETWEEN, endpoint=False)
         knots = self.grid.wavelengths_nm
-        sent_out = share_per_amount(self.dyes, knots) @ self.amounts
-        require_energy(self.name, knots, self.reflectance.values, sent_out)
+        nm = np.append((knots[:-1, None] + np.diff(knots)[:, None] * steps).ravel(), knots[-1])
+        sent_out = share_per_amount(self.dyes, nm, self.grid) @ self.amounts
+        require_energy(self.name, nm, self.reflectance.at(nm), sent_out)
 
     @property
     def grid(self) -> SpectralGrid:
@@ -56,8 +66,10 @@ class FluorescentSurface:
         return self.reflectance.grid
 
     def returned_share(self) -> Array:
-        """Share of the light at each knot that is returned, in photons or in power, the larger of both: (n,)."""
-        return self.reflectance.values + share_per_amount(self.dyes, self.grid.wavelengths_nm) @ self.amounts
+        """Share of the light around each knot that is returned at most, in photons or in power, the larger of both:
+        (n,). Between two knots it is at most what the line between them shows.
+        """
+        return self.reflectance.values + share_between_knots(self.dyes, self.grid.wavelengths_nm) @ self.amounts
 
     def bispectral_matrix(self) -> Array:
         """Donaldson matrix (n, n) on the grid: radiance at the knots from the light's power at the knots."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.spectra.fluorescence import FluorescentDye, share_per_amount
+from spectral_core.spectra.fluorescence import FluorescentDye, share_between_knots
 from spectral_core.spectra.observer import integration_points, observer
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ class FluorescentColors:
         grid = problem.grid
         self._kernel, viewer = color_kernel(grid, problem.observers), observer(problem.observers[0])
         points, weights = integration_points(grid.wavelengths_nm)
-        self.shares = [share_per_amount(own, grid.wavelengths_nm) for own in dyes]
+        self.shares = [share_between_knots(own, grid.wavelengths_nm) for own in dyes]
         """Per reflectance (n, k): share of the light that a unit amount of each dye returns at most."""
         self._emitted = [np.array([dye.emitted_rgb(viewer) for dye in own]).reshape(-1, 3) for own in dyes]
         excited = [

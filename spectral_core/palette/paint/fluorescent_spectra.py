@@ -2,8 +2,8 @@
 """The spectra of a fluorescent palette while they are designed, and the least squares of each side.
 
 Unknowns of a fluorescent material are its reflectance S, the amounts a of its dyes and, at every wavelength, the share
-s of light that it does not return, with S + Σ a_k q_k + s = 1 (``share_per_amount``), all of them at least 0: the bound
-is stated as equalities, which every engine supports.
+s of light that it does not return, with S + Σ a_k q_k + s = 1 (``share_between_knots``), all of them at least 0: the
+bound is stated as equalities, which every engine supports.
 """
 
 from __future__ import annotations

@@ -119,7 +119,7 @@ def tint_differences(
         if len(pair) != 2 or not all(isinstance(k, int | np.integer) and 0 <= k < count for k in pair):
             raise InvalidInputError(f"a pair is {pair}; expected two numbers of reflectances, from 0 to {count - 1}")
     surfaces = [surface.at(grid.wavelengths_nm) for surface in solution.reflectances]
-    kernel = color_kernel(grid)
+    kernel = color_kernel(grid, solution.problem.observers[:1])  # the observer of the targets
     matrices = np.stack([kernel.matrix_of(light)[0] for light in solution.illuminants])
     found = []
     for level in np.atleast_1d(frozen_array("levels of tints", levels)):

@@ -168,6 +168,8 @@ def solve_with_tints(
     builder = Assembler(problem, compiled_requests(problem))
     state: PaletteState = first.state
     trace = SolveTrace(notes=[*first.notes, "tints are matched with the lights held"])
+    if len(builder.requests.conditions) > 1:
+        trace.notes.append("tints are matched for the first observer, under the lights themselves, not their variants")
     for _, answer in (first.state.record or {}).values():
         trace.joint = trace.joint | answer.check
     quadratic = _without_tints(builder, state)

@@ -137,7 +137,7 @@ def forced_black(problem: Quadratic) -> tuple[CellIndex, ...]:
         return ()
     _, values = problem.split(found.x[:n])
     _, forced = problem.split(found.x[n:] <= FORCED * room)
-    asked = _asked_black(problem)
+    asked = asked_black(problem)
     black: dict[CellIndex, None] = {}
     for block, value, fixed in zip(problem.blocks, values, forced, strict=True):
         for r, (_, cell) in enumerate(block.keys):
@@ -151,7 +151,7 @@ def forced_black(problem: Quadratic) -> tuple[CellIndex, ...]:
     return tuple(black)
 
 
-def _asked_black(problem: Quadratic) -> Mask:
+def asked_black(problem: Quadratic) -> Mask:
     """The free colors, three numbers each, of which an exact member asks for black, or shows it as given."""
     found = np.repeat(np.all((problem.color_lower == 0) & (problem.color_upper == 0), axis=1), 3)
     for block in problem.blocks:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
@@ -134,9 +135,14 @@ def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:
     _require_values(path, column.name, lines, values, kind)
     try:
         grid = SpectralGrid(wavelengths, column.interpolation)
-        return KINDS[kind](column.name, grid, values, source=column.source or path.name)
+        return KINDS[kind](column.name, grid, values, source=column.source or readable(path.name))
     except InvalidInputError as error:
         raise FileFormatError(f"{path}, lines {min(lines)} to {max(lines)}: {error}") from error
+
+
+def readable(name: str) -> str:
+    """The name of a file as any text can state it: bytes that are not UTF-8 become a replacement character."""
+    return os.fsencode(name).decode("utf-8", "replace")
 
 
 def _require_kind(path: Path, column: Column, kind: SpectrumKind) -> None:

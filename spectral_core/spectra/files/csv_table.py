@@ -28,6 +28,7 @@ from spectral_core.spectra.files.columns import (
     is_number,
     known_unit,
     number,
+    readable,
 )
 from spectral_core.spectra.files.statements import Statements, statements_of
 from spectral_core.spectra.spectrum import Spectrum
@@ -189,9 +190,10 @@ def _columns_from_columns(path: Path, header: Row, body: list[Row], wavelength_u
             raise FileFormatError(
                 f"{path}, line {line}: {_used(cells)} cells under {len(headings)} headings; expected a heading each"
             )
-    unnamed = [path.stem] if width == 2 else [f"{path.stem} {number}" for number in range(1, width)]
+    own = readable(path.stem)
+    unnamed = [own] if width == 2 else [f"{own} {number}" for number in range(1, width)]
     names = headings[1:] + [""] * (width - len(headings)) if headings else unnamed
-    columns = [_named_column(name, path.stem, wavelength_unit) for name in names]
+    columns = [_named_column(name, own, wavelength_unit) for name in names]
     for line, cells in body:
         if len(cells) < width and not headings:
             raise FileFormatError(f"{path}, line {line}: {len(cells)} cells, expected {width}")
@@ -215,7 +217,7 @@ def _columns_from_rows(path: Path, header: Row, body: list[Row], wavelength_unit
     for line, (name, *cells) in body:
         if len(cells) > len(wavelengths):
             raise FileFormatError(f"{path}, line {line}: {len(cells)} values for {len(wavelengths)} wavelengths")
-        column = _named_column(name, path.stem, wavelength_unit)
+        column = _named_column(name, readable(path.stem), wavelength_unit)
         for wavelength, cell in zip(wavelengths, cells, strict=False):
             if cell:
                 column.add(line, wavelength, number(path, line, cell, f"a value of {name!r}"))

@@ -24,6 +24,7 @@ from spectral_core.spectra.files.columns import (
     built,
     kind_of,
     number,
+    readable,
     require_readable,
 )
 from spectral_core.spectra.spectrum import Spectrum
@@ -95,7 +96,7 @@ def _read(file: Path, options: ReadOptions) -> SpdxDocument:
         )
     header = {name: texts[name][0] for name in HEADER_ELEMENTS if texts.get(name, ("", 0))[0]}
     described = [header.get(name, "") for name in ("Manufacturer", "CatalogNumber")]
-    column.name = header.get("Description") or file.stem
+    column.name = header.get("Description") or readable(file.stem)
     column.source = " ".join(text for text in described if text)
     column.kind = KIND_OF_QUANTITY[quantity]
     column.interpolation = "sampled" if _SAMPLED_NOTE in header.get("Comments", "") else "linear"
@@ -171,7 +172,7 @@ class _Handler:
     """Collects the texts of elements with their lines, and the samples."""
 
     def __init__(self, path: Path) -> None:
-        self.column = Column(path.stem)
+        self.column = Column(readable(path.stem))
         self.texts: dict[str, tuple[str, int]] = {}
         self._path = path
         self._parser = expat.ParserCreate("utf-8", " ")

@@ -24,16 +24,19 @@ from spectral_core.scene import (
 )
 from spectral_core.scene.surface import Closure
 from spectral_core.spectra.fluorescence import FluorescentDye
-from spectral_core.spectra.spectrum import Spectrum
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 from ...context import Translation
 from ..surfaces import BLACK
 
+Dyes = tuple[FluorescentDye, ...]
+LEAST_KNOWN = 0.5
+"""Share of a dye's excitation at the wavelengths of its material's spectrum, below which a note names the dye."""
 LEAST_AMOUNT = 1e-4
 """Amounts of a dye below it are omitted: a design contains a little of every dye that it may use."""
 
 
-def dyes_of(owner: Any) -> tuple[tuple[FluorescentDye, ...], tuple[float, ...]]:
+def dyes_of(owner: Any) -> tuple[Dyes, tuple[float, ...]]:
     """Dyes of a material, and their amounts, at the wavelengths of its spectrum.
 
     Raises InvalidInputError for a dye that emits at its excitation wavelengths.
@@ -61,11 +64,7 @@ def with_dyes(translation: Translation, surface: Surface, material: Any, spectru
     if not dyes:
         return surface
     if spectrum is not None:  # a designed dye is defined at the wavelengths of the design
-        grid = spectrum.grid
-        known = [(dye, dye.excitation_on(grid), amount) for dye, amount in zip(dyes, amounts, strict=True)]
-        known = [each for each in known if np.any(each[1] > 0)]
-        dyes = tuple(FluorescentDye(d.name, Spectrum("excitation", grid, taken), d.emission) for d, taken, _ in known)
-        amounts = tuple(amount for *_, amount in known)
+        dyes, amounts = _on_grid(translation, material.name, spectrum.grid, dyes, amounts)
     main = [leaf for leaf in leaves(surface) if isinstance(leaf, (Diffuse, Principled)) and leaf is not BLACK]
     if not main:
         translation.note(material.name, "has fluorescent dyes, but no Diffuse or Principled shader that can use them")
@@ -81,6 +80,27 @@ def with_dyes(translation: Translation, surface: Surface, material: Any, spectru
         return _on_principled(translation, material.name, leaf, dyes, amounts) if isinstance(leaf, Principled) else leaf
 
     return map_leaves(surface, change)
+
+
+def _on_grid(
+    translation: Translation, name: str, grid: SpectralGrid, dyes: Dyes, amounts: tuple[float, ...]
+) -> tuple[Dyes, tuple[float, ...]]:
+    """Dyes that are excited at the wavelengths of a material's spectrum alone, and their amounts.
+
+    A note names each dye that absorbs most light at other wavelengths, also if nothing of it is left.
+    """
+    kept = []
+    for dye, amount in zip(dyes, amounts, strict=True):
+        taken, whole = dye.excitation_on(grid), dye.excitation.grid
+        if taken @ grid.cell_widths_nm < LEAST_KNOWN * (dye.excitation.values @ whole.cell_widths_nm):
+            ends = f"{grid.wavelengths_nm[0]:g} to {grid.wavelengths_nm[-1]:g} nm"
+            text = f"{dye.name} absorbs light mainly outside of the wavelengths of its spectrum, {ends}"
+            translation.note(name, f"{text}: there it is not excited; use a spectrum with these wavelengths")
+        try:
+            kept.append((FluorescentDye(dye.name, Spectrum("excitation", grid, taken), dye.emission), amount))
+        except InvalidInputError:  # no excitation is left, or none below the emission
+            continue
+    return tuple(dye for dye, _ in kept), tuple(amount for _, amount in kept)
 
 
 def _fitting(
