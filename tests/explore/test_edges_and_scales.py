@@ -120,3 +120,16 @@ def test_whole_numbers_in_a_flat_region_are_all_taken() -> None:
     whole = [{"name": name, "low": 0, "high": 20, "kind": "integer"} for name in "ab"]
     found = points_of(whole, region={"constraints": ["a <= b", "b <= a"]}, design={"budget": 21})
     assert sorted((point["a"], point["b"]) for point in found) == [(k, k) for k in range(21)]
+
+
+@pytest.mark.parametrize("chosen", [["b"], ["f", "a"], list("abcdef")])
+def test_a_latin_hypercube_is_even_on_every_axis_when_few_values_are_chosen(chosen: list[str]) -> None:
+    """It was made of the parts of several hypercubes: a third of the strata had no point."""
+    parameters = [{"name": name, "low": 0.0, "high": 1.0} for name in "xy"] + [{"name": "m", "choices": list("abcdef")}]
+    found = points_of(
+        parameters, region={"choices": {"m": chosen}}, design={"kind": "latin_hypercube", "budget": 60, "seed": 4}
+    )
+    for name in "xy":
+        assert sorted(int(point[name] * 60) for point in found) == list(range(60))
+    counts = [sum(point["m"] == value for point in found) for value in chosen]
+    assert counts == [60 // len(chosen)] * len(chosen)

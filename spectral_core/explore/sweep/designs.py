@@ -203,7 +203,9 @@ def _batches(space: Space, region: RegionOfInterest, design: Design) -> Iterator
     elif design.kind == "sobol":
         yield from _sobol_batches(unit_region, design)
     else:
-        yield from _latin_batches(unit_region, design)
+        for drawn in _latin_batches(unit_region, design):
+            spread = region.onto_choices(space, drawn)  # else only a part of them would count, unevenly
+            yield spread[unit_region.contains(spread)]
 
 
 def _fine_enough(design: Design) -> int:
@@ -256,10 +258,8 @@ def _latin_batches(region: Region, design: Design) -> Iterator[NDArray[np.float6
     low, high = _limits(region)
     rng = np.random.default_rng(design.seed)
     while True:
-        drawn = low + qmc.LatinHypercube(region.dimensions, optimization="random-cd", rng=rng).random(design.budget) * (
-            high - low
-        )
-        yield drawn[region.contains(drawn)]
+        drawn = qmc.LatinHypercube(region.dimensions, optimization="random-cd", rng=rng).random(design.budget)
+        yield low + drawn * (high - low)
 
 
 def _combinations(space: Space, region: RegionOfInterest) -> int | None:

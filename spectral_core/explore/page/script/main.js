@@ -343,7 +343,7 @@ class Explorer {
     const views = ["matrix", "parallel", "table"];
     const operations = ["replace", "union", "intersection", "difference"];
     document.addEventListener("keydown", (event) => {
-      if (/^(INPUT|SELECT|TEXTAREA)$/.test(/** @type {HTMLElement} */ (event.target).tagName) || event.ctrlKey || event.metaKey) return;
+      if (/^(INPUT|SELECT|TEXTAREA)$/.test(/** @type {HTMLElement} */ (event.target).tagName) || event.ctrlKey || event.metaKey || event.altKey) return;
       const { state } = this;
       const operation = operations["1234".indexOf(event.key)];
       if (event.key === "Escape") this.clear();
