@@ -6,11 +6,13 @@ checks with are in folders below that. It is called by its name with dashes (``p
 docstring is its description, and its ``run(options)`` prints a readable report and returns the figures as one flat or
 nested dict of plain numbers, strings and lists. Its entry ``holds`` maps each claim to True or False; the claims are
 printed after the report. Nothing is claimed that was not measured in this run. ``options`` is an ``Options``; a module
-reads further arguments from ``options.extra``.
+reads further arguments from ``options.extra`` and declares them: ``OPTIONS`` lists its options, each with the words
+that follow it, and ``WORDS`` states what its other words are. Anything else is refused before the run.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -58,6 +60,34 @@ class Options:
         except (IndexError, ValueError):
             got = " ".join(given) or "none"
             raise SystemExit(f"{name} expects a whole number, as in {name} {usual}; got {got}") from None
+
+    def word(self, name: str, usual: str) -> str:
+        """The word after the option ``name``, or ``usual``. Raises SystemExit if no word follows."""
+        if name not in self.extra:
+            return usual
+        given = self.extra[self.extra.index(name) + 1 :][:1]
+        if not given:
+            raise SystemExit(f"{name} expects a word after it")
+        return given[0]
+
+    def lone(self, declared: Iterable[str]) -> list[str]:
+        """The words that follow none of the ``declared`` options.
+
+        Each option is declared with the words that it takes: ``--quiet``, ``--seed N``, ``--only NAMES…`` (all words
+        up to the next option).
+        """
+        takes = {name: words for name, *words in map(str.split, declared)}
+        found: list[str] = []
+        left = 0.0
+        for word in self.extra:
+            if word in takes:
+                words = takes[word]
+                left = math.inf if words and words[-1].endswith("…") else len(words)
+            elif left > 0:
+                left -= 1
+            else:
+                found.append(word)
+        return found
 
     def counts(self, *meanings: str) -> list[int]:
         """The whole numbers among the words, at most one for each meaning.

@@ -6,7 +6,6 @@ from __future__ import annotations
 import argparse
 import importlib
 import json
-import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,6 @@ from typing import Any
 from benchmarks import ROOT, Options
 from spectral_core.cli.shared.terminal import completed
 from spectral_core.errors import MissingDependencyError, UnknownNameError
-
-READS_WORDS = re.compile(r"\boptions\.(extra|only|counts)\b")
-"""In the text of a benchmark that reads words of its own; without it they would be ignored."""
 
 
 def known() -> dict[str, Path]:
@@ -39,6 +35,19 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} is not a figure")
 
 
+def _not_read(name: str, module: Any, options: Options) -> str:
+    """Why a benchmark cannot read its arguments, "" if it can: an ignored word would give figures of other cases."""
+    declared = getattr(module, "OPTIONS", ())
+    known = {each.split()[0] for each in declared}
+    strange = [word for word in options.extra if word.startswith("-") and word not in known]
+    if strange:
+        return f"{name} has no option {', '.join(strange)}; all have --json, --quick and --out DIR"
+    lone = options.lone(declared)
+    if not lone or hasattr(module, "WORDS"):
+        return ""
+    return f"{name} takes no words; got {' '.join(lone)}" + (f"; expected {', '.join(declared)}" if declared else "")
+
+
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("name", nargs="?", help="name of a benchmark; without it the list is printed")
@@ -56,18 +65,10 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     file = modules[given.name]
     module = importlib.import_module(f"benchmarks.{file.parent.name}.{file.stem}")
-    strange = [word for word in extra if word.startswith("-") and word not in getattr(module, "OPTIONS", ())]
-    if strange:
-        print(
-            f"{given.name} has no option {', '.join(strange)}; all have --json, --quick and --out DIR", file=sys.stderr
-        )
-        return 2
-    lone = [word for before, word in zip(["", *extra], extra, strict=False)
-            if not (word.startswith("-") or before.startswith("-"))]  # fmt: skip
-    if lone and not READS_WORDS.search(file.read_text("utf-8")):
-        print(f"{given.name} takes no words; got {' '.join(lone)}", file=sys.stderr)
-        return 2
     options = Options(quick=given.quick, out=given.out / given.name, extra=extra)
+    if refused := _not_read(given.name, module, options):
+        print(refused, file=sys.stderr)
+        return 2
     options.out.mkdir(parents=True, exist_ok=True)
     try:
         figures = module.run(options)

@@ -22,6 +22,7 @@ from benchmarks.palette.checks.optimality import EXACT_LIMIT, side_gains
 from spectral_core.palette import solve_palette
 
 OPTIONS = ("--odd", "--limits")
+WORDS = "FIRST_SEED PALETTES"
 LIMIT = 1e-6
 """Of the scaled KKT residual, and of the relative gain of solving a side again."""
 HOLD, CANNOT = 1e-10, 1e-7

@@ -24,6 +24,7 @@ from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.observer import normalized
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
+WORDS = "9×9_PALETTES GENERATED_PALETTES FIRST_SEED"
 LIMIT = 1e-6
 LAMPS = ("D65", "A", "HP1", "FL11", "LED-B1", "LED-RGB1")
 SURFACES = ("dark skin", "foliage", "orange", "blue sky")

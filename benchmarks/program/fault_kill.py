@@ -23,7 +23,7 @@ from benchmarks import Options
 from benchmarks.program.cases.file_writers import Writer, writers
 from spectral_core.errors import SpectralError
 
-OPTIONS = ("--kills", "--seed")
+OPTIONS = ("--kills N", "--seed N")
 FULL_AT = (0.0, 0.3, 0.7, 0.97)
 """Shares of the finished file at which the disk is full."""
 

@@ -24,7 +24,7 @@ import numpy as np
 from benchmarks import Options
 from benchmarks.program.cases.fuzz_inputs import Source, damaged, sources
 
-OPTIONS = ("--seconds", "--inputs", "--seed", "--source", "--only", "--child")
+OPTIONS = ("--seconds N", "--inputs N", "--seed N", "--source NAME", "--only INPUT", "--child FIRST:LAST")
 MOST_SECONDS = 5.0
 """In processor time, which does not depend on the load of the machine."""
 MOST_BYTES = 1 << 30
@@ -39,11 +39,11 @@ def run(options: Options) -> dict[str, Any]:
     seconds = options.number("--seconds", math.inf)[0]
     if "--seconds" in options.extra and "--inputs" not in options.extra:
         inputs = 10**9
-    wanted = _given(options, "--source", "")
+    wanted = options.word("--source", "")
     if "--only" in options.extra:
         return _show(seed, options.whole("--only", 0), wanted)
     if "--child" in options.extra:
-        first, last = map(int, _given(options, "--child", "0:0").split(":"))
+        first, last = map(int, options.word("--child", "0:0").split(":"))
         _child(seed, first, last, wanted)
         return {}
     print(f"seed {seed}", flush=True)
@@ -66,15 +66,6 @@ def run(options: Options) -> dict[str, Any]:
         },
         "no_faults": not faults and meaningful,
     }  # fmt: skip
-
-
-def _given(options: Options, name: str, default: str) -> str:
-    if name not in options.extra:
-        return default
-    given = options.extra[options.extra.index(name) + 1 :][:1]
-    if not given:
-        raise SystemExit(f"{name} expects a word after it")
-    return given[0]
 
 
 def _chosen(folder: Path, wanted: str) -> tuple[Source, ...]:

@@ -29,6 +29,7 @@ from pathlib import Path
 
 from benchmarks import ROOT, Options
 
+WORDS = "MUTANTS FIRST_SEED"
 ROOMS = {
     "spectral_core/palette": ["tests/palette", "tests/palette_models"],
     "spectral_core/volume": ["tests/volume", "tests/volume_scene", "tests/volume_files", "tests/volume_analysis"],

@@ -19,7 +19,7 @@ from typing import Any
 from benchmarks import ROOT, Options
 
 SEED = 20261122
-OPTIONS = ("--kills", "--seed")
+OPTIONS = ("--kills N", "--seed N")
 FEW_TESTS = ("tests/package/test_setup.py", "tests/test_commands.py", "tests/lattice", "tests/test_import_rules.py")
 
 

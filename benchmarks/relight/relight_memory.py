@@ -11,7 +11,7 @@ from typing import Any
 
 from benchmarks import Options
 from benchmarks.relight.cases.scenes import scenes
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.exact_storage import ExactStorage
 from spectral_core.render.relight.memory import available_bytes, peak_bytes, require_memory, stated_peak
@@ -19,6 +19,7 @@ from spectral_core.render.relight.storage import MixtureStorage, Storage
 from spectral_core.scene import Scene
 from spectral_core.spectra.spectrum import SpectralGrid
 
+WORDS = "STORAGE WIDTH HEIGHT"
 LIGHTS = 8
 FOUR_K = (3840, 2160)
 
@@ -66,7 +67,12 @@ def _record(arguments: list[str]) -> dict[str, Any]:
     from spectral_core.render import RenderProcess
     from spectral_core.render.relight.transport import record_transport
 
-    name, width, height = arguments[0], int(arguments[1]), int(arguments[2])
+    name, *size = arguments
+    if name not in storages() or len(size) != 2 or not all(word.isdecimal() for word in size):
+        raise UnknownNameError(
+            f"{' '.join(arguments)!r}: expected one of {', '.join(storages())}, then width and height in pixels"
+        )
+    width, height = map(int, size)
     with RenderProcess() as renderer:
         transport = record_transport(_eight_lights(width, height), storages()[name], render=renderer.render)
     kilobyte = 1 if sys.platform == "darwin" else 1024

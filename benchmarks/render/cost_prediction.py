@@ -43,7 +43,7 @@ from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.scene import Scene
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
-OPTIONS = ("--only", "--more", "--strange", "--unseen", "--fresh", "--foreign", "--budget", "--brief")
+OPTIONS = ("--only NAMES…", "--more", "--strange", "--unseen", "--fresh", "--foreign", "--budget S", "--brief")
 NAMES = (
     "room", "wall", "sodium", "fluorescent", "measured paints", "lens", "sky", "sky image", "emissive", "curtain",
     "ball lamp", "lamp before lamp", "mirror", "mirror caustic", "glass caustic", "leaf",
@@ -100,11 +100,9 @@ def run(options: Options) -> dict[str, Any]:
 
 def _chosen(options: Options) -> list[str]:
     """Names of the scenes that the command line chooses."""
-    sets = {"--more": MORE, "--strange": STRANGE, "--unseen": UNSEEN, "--fresh": FRESH, "--foreign": FOREIGN}
-    word = options.extra[0] if options.extra else ""
-    if word in sets:
-        return list(sets[word])
-    return options.only((*NAMES, *MORE, *STRANGE, *UNSEEN, *FRESH, *FOREIGN)) if word else list(NAMES)
+    sets = {"": NAMES, "--more": MORE, "--strange": STRANGE, "--unseen": UNSEEN, "--fresh": FRESH, "--foreign": FOREIGN}
+    one = sets.get(" ".join(options.extra))
+    return options.only(name for names in sets.values() for name in names) if one is None else list(one)
 
 
 def _scene(name: str, size: tuple[int, int]) -> Scene:

@@ -32,7 +32,7 @@ from benchmarks.render.checks.plan_compared import Array, batches, by_hand, conf
 from spectral_core.render.plan.effects import EffectPlan, everything_on, plan_effects
 from spectral_core.scene import Scene
 
-OPTIONS = ("--only", "--sweep")
+OPTIONS = ("--only NAMES…", "--sweep SCENES")
 TOLERANCE = 1.0
 SHARP, MOST_LONGER = 1.0, 64
 """A test that would find only larger differences, as a part of the tolerance, is repeated with more samples; and how

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from benchmarks import Options
 
 MEDIUM, DENOISED = "--medium", "--denoised"
-OPTIONS = ("--only", "--more", "--other", "--strange", MEDIUM, DENOISED)
+OPTIONS = ("--only NAMES…", "--more", "--other", "--strange", MEDIUM, DENOISED)
 BOUNCES = 12
 SIZES = {"full": ((240, 135), 64, 2048), "medium": ((160, 90), 64, 192), "quick": ((96, 54), 16, 256)}
 """Pixels, samples per pixel, and samples of the converged picture."""
@@ -53,9 +53,9 @@ def run(options: Options) -> dict[str, Any]:
         f"{'scene':18} {'our work':>8} {'its work':>8} {'our s':>7} {'its s':>7} {'our error':>10} {'its error':>10} "
         f"{'ratio':>6} {'wall':>6}"
     )
-    sets = {"--more": MORE, "--other": OTHER, "--strange": STRANGE}
-    word = options.extra[0] if options.extra else ""
-    names = list(sets[word]) if word in sets else options.only(scenes) if word else list(SCENES)
+    sets = {"": SCENES, "--more": MORE, "--other": OTHER, "--strange": STRANGE}
+    one = sets.get(" ".join(options.extra))
+    names = options.only(scenes) if one is None else list(one)
     for name in names:
         _prepare(size)
         scenes[name]()

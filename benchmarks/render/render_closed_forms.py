@@ -22,7 +22,7 @@ from benchmarks.render.checks.hard_more import more_hard_scenes
 from benchmarks.render.checks.hard_renders import hard_scenes
 from spectral_core.errors import UnknownNameError
 
-OPTIONS = ("--only",)
+OPTIONS = ("--only GROUP…",)
 ROUNDING = 0.001
 """Energy that 32-bit numbers may add, beside noise."""
 

@@ -20,6 +20,7 @@ from benchmarks.render.features.compare import render
 from spectral_core.errors import UnknownNameError
 from spectral_core.spectra.color import luminance_from_linear_rgb
 
+WORDS = "SCENE…"
 NOISE_OF_MEANS = 0.1
 """Noise of a picture's mean over that of its pixels, three standard deviations; a picture has 576 pixels or more."""
 

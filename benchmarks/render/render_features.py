@@ -20,7 +20,8 @@ from typing import Any
 from benchmarks import Options
 from spectral_core.errors import UnknownNameError
 
-OPTIONS = ("--only", "--list", "--bad")
+OPTIONS = ("--only PATTERN…", "--list", "--bad")
+WORDS = "PATTERN…"
 TOLERANCE = 0.03
 SAMPLES = 32
 MORE = 6

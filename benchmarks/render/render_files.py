@@ -25,10 +25,11 @@ from benchmarks import Options
 from benchmarks.render.cases.gltf_files import write_files
 from benchmarks.render.features.compare import render
 from benchmarks.render.render_features import quiet
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import UnknownNameError
 from spectral_core.spectra.color import delta_e_2000, display_rgb_from_linear, lab_from_linear_rgb
 
-OPTIONS = ("--most",)
+OPTIONS = ("--most N",)
+WORDS = "FILE_OR_FOLDER…"
 KINDS = (".glb", ".gltf", ".blend")
 SIZE, SAMPLES = 192, 96
 WANTED = 1.5
@@ -76,7 +77,9 @@ def _files(words: list[str]) -> list[Path]:
         found += sorted(path for path in folder.rglob("*") if path.suffix.lower() in KINDS) if folder.is_dir() else []
     step = max(1, len(found) // most) if most else 1
     if not found:
-        raise InvalidInputError(f"no file of kind {', '.join(KINDS)} in {', '.join(map(str, named)) or 'nothing'}")
+        raise UnknownNameError(
+            f"expected files of kind {', '.join(KINDS)}; none is in {', '.join(map(str, named)) or 'nothing'}"
+        )
     return found[::step][:most]
 
 

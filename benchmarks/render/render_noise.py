@@ -39,7 +39,7 @@ from spectral_core.scene import (
 )
 from spectral_core.spectra import catalogue
 
-OPTIONS = ("--fresh", "--seed")
+OPTIONS = ("--fresh N", "--seed N")
 EXAMPLES = ROOT / "examples"
 SMOOTH, LINES = ("D65", "A", "E"), ("HP1", "FL11", "FL2")
 """Lamps of the catalogue by the type of their spectra."""

@@ -22,6 +22,7 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks.render.cases.meshes import at, sphere, square
+from spectral_core.errors import UnknownNameError
 from spectral_core.render import RenderProcess
 from spectral_core.scene import (
     AddSurface,
@@ -45,7 +46,8 @@ from spectral_core.scene import (
 )
 from spectral_core.scene.shading import Builder
 
-OPTIONS = ("--only",)
+OPTIONS = ("--only PART",)
+PARTS = ("start", "numbers", "few", "graphs", "leaves", "demo")
 WARM_S, COLD_S, MATERIALS_S, AGAIN_S = 0.3, 3.0, 10.0, 0.5
 """Seconds of the acceptance, on a quiet machine."""
 FEW, LEAVES = 20, 120
@@ -55,7 +57,9 @@ LIMIT_S = 120.0
 
 def run(options: Options) -> dict[str, Any]:
     """Print seconds and the machine's load, and return them."""
-    only = options.extra[options.extra.index("--only") + 1] if "--only" in options.extra else None
+    only = options.word("--only", "") or None
+    if only not in (None, *PARTS):
+        raise UnknownNameError.among("part", only, PARTS)
     count, repeats = (20, 1) if options.quick else (200, 3)
     print(f"load average {_load():.1f} on {os.cpu_count()} cores, {count} materials, median of {repeats}")
     figures: dict[str, Any] = {"load": _load(), "materials": count, "seconds": {}}

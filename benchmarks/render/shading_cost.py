@@ -45,6 +45,7 @@ from spectral_core.scene import (
 )
 from spectral_core.scene.shading import Builder
 
+WORDS = "PART…"
 PARTS = ("edits", "textures")
 MATERIALS = 200
 TEXTURE_RATIO = 2.2

@@ -17,7 +17,7 @@ import numpy as np
 from benchmarks import Options
 from benchmarks.render.checks.shading_grid import grid_of_faces, rendered_values
 
-OPTIONS = ("--seed", "--draws")
+OPTIONS = ("--seed N", "--draws N")
 CENTERS = {"around 0": 0.0, "negative": -37.4, "at 1e5": 1e5}
 REACH = 4.0
 """Half the edge of the cube of points around each center."""

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from benchmarks import Options
 from benchmarks.render.checks.texture_large import large_picture, measured
 from benchmarks.render.checks.texture_rendered import rendered_errors
+from spectral_core.errors import UnknownNameError
 from spectral_core.palette.texture.basis import TextureBasis, design_basis
 from spectral_core.palette.texture.fit import Fitter
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
@@ -35,13 +36,17 @@ from spectral_core.spectra.color import (
     linear_from_display_rgb,
 )
 
-OPTIONS = ("--pictures", "--large", "--realism")
+OPTIONS = ("--pictures A B", "--large", "--realism")
 
 
 def photographs(extra: list[str], size: int) -> list[Picture]:
     """The two pictures that were named, or a portrait and a landscape that are on every machine with the packages."""
     if "--pictures" in extra:
         names = extra[extra.index("--pictures") + 1 :][:2]
+        if len(names) < 2:
+            raise UnknownNameError(
+                f"expected the files of two pictures after --pictures; got {' '.join(names) or 'none'}"
+            )
         return [Picture(Path(name).stem, read_picture(Path(name))) for name in names]
     import importlib.util
 
@@ -72,6 +77,7 @@ def run(options: Options) -> dict[str, Any]:
         return _large(options)
     if "--realism" in options.extra:
         return {"realism": _realism(options, LED_WIDTHS_NM, DAYLIGHT_SHARES)}
+    pictures = photographs(options.extra, 256 if options.quick else 512)
     few = {"iterations": 12} if options.quick else {}
     started = time.process_time()
     designed = design_lights(**few)
@@ -87,7 +93,6 @@ def run(options: Options) -> dict[str, Any]:
         f"time, slope {basis.slope:.3f}"
     )
     pairs = _every_pair(matrix @ basis.spectra.T, 2000 if options.quick else 20_000)
-    pictures = photographs(options.extra, 256 if options.quick else 512)
     photo_basis = design_basis(matrix, 6, floor=0.02, **few)
     found = design_texture(pictures, designed.lights, floor=0.02, slope=0.95, basis=photo_basis)
     for loss in found.losses:

@@ -19,14 +19,18 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks.viewport.window import launch
-from spectral_core.errors import MissingDependencyError
+from spectral_core.errors import MissingDependencyError, UnknownNameError
 
+WORDS = "SCENE…"
 SCENES = ("Cornell box", "interior, window", "glass", "HDRI", "sun and sky")
 LIMIT = 1.2
 
 
 def run(options: Options) -> dict[str, Any]:
     """Print the table and return it."""
+    for word in options.extra:
+        if word not in SCENES:
+            raise UnknownNameError.among("scene", word, SCENES)
     if not launch.has_window():
         raise MissingDependencyError(f"nothing is measured: {launch.MISSING}")
     names = options.extra or list(SCENES)[: 1 if options.quick else None]

@@ -28,8 +28,9 @@ import numpy as np
 from benchmarks import Options
 from benchmarks.viewport.checks.fresh import PATIENCE_S, FreshView
 from benchmarks.viewport.edits.session import TIMED, context, followed, kinds_of, start
+from spectral_core.errors import UnknownNameError
 
-OPTIONS = ("--changes", "--kills", "--kill-each", "--only", "--minutes", "--seed", "--every")
+OPTIONS = ("--changes N", "--kills N", "--kill-each N", "--only NAMES", "--minutes N", "--seed N", "--every N")
 COMPARED_EVERY = 5
 """Changes between two comparisons with a fresh process, unless ``--every`` says otherwise."""
 TOLD_EVERY = 25
@@ -56,11 +57,11 @@ def run(options: Options) -> dict[str, Any]:
         trial = Trial(np.random.default_rng(seed), Path(folder), options.out / "viewport-endurance")
         try:
             trial.every = options.whole("--every", COMPARED_EVERY)
-            trial.chosen = _only(options, trial.kinds)
+            trial.chosen = _only(options, trial.kinds, trial.kinds)
             killed = set(np.linspace(1, changes - 1, kills).astype(int).tolist())
             planned: list[tuple[str, bool]] = [("", number in killed) for number in range(changes)]
             if each:
-                planned = [(name, True) for _ in range(each) for name in _only(options, TIMED)]
+                planned = [(name, True) for _ in range(each) for name in _only(options, trial.kinds, TIMED)]
             for number, (name, kill) in enumerate(planned):
                 if time.monotonic() < end:
                     trial.change(number, name, kill=kill)
@@ -205,8 +206,10 @@ class Trial:
         self.fresh.close()
 
 
-def _only(options: Options, usual: Iterable[str]) -> tuple[str, ...]:
+def _only(options: Options, known: Iterable[str], usual: Iterable[str]) -> tuple[str, ...]:
     """The types of change that are made or killed."""
-    if "--only" not in options.extra:
-        return tuple(usual)
-    return tuple(options.extra[options.extra.index("--only") + 1].split(","))
+    chosen = tuple(options.word("--only", ",".join(usual)).split(","))
+    for name in chosen:
+        if name not in known:
+            raise UnknownNameError.among("type of change", name, known)
+    return chosen

@@ -40,14 +40,14 @@ SPECTRAL_RATIO = 1.5
 DRAG_MS = 50.0
 TRANSPORTS = ("rgb", "spectral")
 PARTS = ("session", "counts", "window", "drag")
-OPTIONS = ("--count", "--only", "--transport")
+OPTIONS = ("--count N", "--only NAMES", "--transport NAMES")
+WORDS = "PART…"
 
 
 def run(options: Options) -> dict[str, Any]:
     """Print medians and 99th percentiles and return them."""
     figures: dict[str, Any] = {"holds": {}}
-    after = {number + 1 for number, word in enumerate(options.extra) if word in OPTIONS}
-    parts = [word for number, word in enumerate(options.extra) if word not in OPTIONS and number not in after]
+    parts = options.lone(OPTIONS)
     for word in parts:
         if word not in PARTS:
             raise UnknownNameError.among("part", word, PARTS)
@@ -63,7 +63,7 @@ def _count(options: Options) -> int:
 
 def _chosen(options: Options, option: str, names: Sequence[str]) -> list[str]:
     """The names that follow an option, separated by commas; none without it."""
-    found = options.extra[options.extra.index(option) + 1].split(",") if option in options.extra else []
+    found = options.word(option, "").split(",") if option in options.extra else []
     if unknown := sorted(set(found) - set(names)):
         raise UnknownNameError(f"{option} {', '.join(unknown)}: expected some of {', '.join(names)}")
     return found

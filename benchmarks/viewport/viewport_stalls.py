@@ -20,7 +20,7 @@ from benchmarks import Options
 from benchmarks.viewport.window import launch
 from spectral_core.errors import MissingDependencyError
 
-OPTIONS = ("--minutes", "--seed")
+OPTIONS = ("--minutes N", "--seed N")
 LIMIT_MS = 100.0
 SHOWN = 25
 

@@ -22,6 +22,7 @@ from spectral_core.volume.presets import PRESETS, preset
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
 
+WORDS = "VOLUME_OR_FUNCTION…"
 WAYS = (("uniform", "midpoint"), ("thesis", "midpoint"), ("error", "midpoint"), ("error", "preintegrated"), ("auto", "auto"))  # fmt: skip  # noqa: E501
 
 

@@ -122,7 +122,7 @@ def edge_figures(f: Function, nu: float) -> dict[str, float]:
     return figures
 
 
-OPTIONS = ("--pictures",)
+OPTIONS = ("--pictures FOLDER",)
 
 
 def run(options: Options) -> dict[str, Any]:

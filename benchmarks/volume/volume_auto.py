@@ -20,6 +20,7 @@ from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
 
+WORDS = "VOLUME…"
 FUNCTIONS = ("wide", "narrow", "opaque")
 # Fields on which the rule's constants were found by trial; the other fields had no influence on them.
 TUNED_ON = ("hipip", "neghip", "bolt", "nut", "mni152", "headsq", "gaussians", "embryo")

@@ -19,6 +19,7 @@ from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
 
+WORDS = "VOLUME…"
 FUNCTIONS = ("wide", "narrow", "opaque", "xray")
 
 

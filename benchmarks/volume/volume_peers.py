@@ -24,6 +24,8 @@ from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View
 
+WORDS = "VOLUME…"
+
 
 def run(options: Options) -> dict[str, Any]:
     size = 64 if options.quick else 512

@@ -17,6 +17,8 @@ from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
 
+WORDS = "VOLUME…"
+
 
 def run(options: Options) -> dict[str, Any]:
     size = 64 if options.quick else 256

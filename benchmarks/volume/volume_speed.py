@@ -15,6 +15,7 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks.volume.cases.volumes import all_volumes, shared_data
+from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.plan import plan
 from spectral_core.volume.presets import preset
@@ -23,9 +24,13 @@ from spectral_core.volume.samples import sample_volume
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
+WORDS = "VOLUME large"
+
 
 def run(options: Options) -> dict[str, Any]:
     names = [word for word in options.extra if word != "large"] or ["embryo"]
+    if len(names) > 1:
+        raise UnknownNameError(f"{' '.join(names)!r}: expected one volume, and large for the largest one, too")
     known = next(all_volumes(names=names)) if shared_data() and not options.quick else None
     volume = known or sample_volume("shells", 48 if options.quick else 256)
     size = 64 if options.quick else 512

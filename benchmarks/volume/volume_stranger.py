@@ -44,7 +44,8 @@ FEWEST_PIECES, MOST_PIECES = 64, 512  # into which the exact march divides a ray
 CLEAR_DB = 16.0  # dB by which the exact march is better than the picture, if so many pieces suffice
 
 
-OPTIONS = ("--draw", "--odd")
+OPTIONS = ("--draw SEED", "--odd SEED")
+WORDS = "FIELD…"
 
 
 def run(options: Options) -> dict[str, Any]:

@@ -139,10 +139,13 @@ def _refuse_analyses(arguments: argparse.Namespace, folder: Path) -> None:
 def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
     """The requested columns and analyses."""
     from spectral_core.explore.analysis import steps
+    from spectral_core.explore.sweep.store import not_finite_note
 
     result: dict[str, Any] = {}
     for name, expression in arguments.derive:
-        store.derive(name, expression)
+        column = store.derive(name, expression)
+        if None in column:
+            print(f"note: {not_finite_note(name, column.count(None), len(column))}", file=sys.stderr)
     if arguments.reference:
         from spectral_core.explore.features.compare import compare_rows
 

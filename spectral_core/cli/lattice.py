@@ -74,6 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     report = _report(chosen, points, region)
     # Rounding must not move a point out of its range.
     points = np.clip(offset + points * width, low, high)
+    _require_apart(points, low, high)
     if arguments.out is not None:
         make_folder(arguments.out.parent)
         with whole_file(arguments.out) as unfinished, unfinished.open("w", encoding="utf-8") as stream:
@@ -87,7 +88,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(report)
     elif arguments.out is None:
-        print("\n".join(",".join(f"{value:.6g}" for value in point) for point in points[:20]))
+        digits = [_digits(*ends) for ends in zip(low, high, strict=True)]
+        lines = (",".join(f"{x:.{n}g}" for x, n in zip(point, digits, strict=True)) for point in points[:20])
+        print("\n".join(lines))
         if len(points) > 20:
             print(f"... {len(points) - 20} more; --out FILE.csv writes them all")
     return 0
@@ -116,6 +119,24 @@ def _region(arguments: argparse.Namespace, low: np.ndarray, high: np.ndarray) ->
     if arguments.ball is not None:
         return lattice.ball(np.full(arguments.dims, 0.5), 0.5, p=arguments.ball)
     return lattice.unit_cube(arguments.dims)
+
+
+def _digits(low: float, high: float) -> int:
+    """Digits of a printed value: six beyond those that all values of its range share."""
+    shared = math.log10(max(abs(low), abs(high))) - math.log10(high - low)
+    return min(17, 6 + max(0, math.ceil(shared - 1e-9)))
+
+
+def _require_apart(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> None:
+    """Refuse ranges with so few double numbers that points would fall on each other."""
+    different = len(np.unique(points, axis=0))
+    if different < len(points):
+        axis = int(np.argmin((high - low) / np.spacing(np.maximum(np.abs(low), np.abs(high)))))
+        raise InvalidInputError(
+            f"only {different} of {len(points)} points differ: the range from {float(low[axis])!r} to "
+            f"{float(high[axis])!r} of parameter {axis + 1} has too few double numbers. Widen it, or fill the "
+            "range from 0 and add its lower end later"
+        )
 
 
 def _latinized(region: Any, points: np.ndarray) -> np.ndarray:

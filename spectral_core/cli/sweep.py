@@ -108,6 +108,8 @@ def _say(arguments: argparse.Namespace, folder: Path, plan: Any, work: Callable[
 
 
 def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]:
+    from spectral_core.explore.sweep.store import not_finite_note
+
     executor, flying = _dask(arguments.dask) if arguments.dask else (None, None)
     last = 0.0
 
@@ -126,8 +128,7 @@ def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]
         print(f"{count} set aside: {reason}")
     print(f"table: {sweep.store.folder / 'data.csv'}")
     for name, count in report.not_finite.items():
-        rows = f"{count} of {len(plan.keys) - len(report.failures)} points"
-        print(f"note: {name!r} has no finite value at {rows}; the table has no number there", file=sys.stderr)
+        print(f"note: {not_finite_note(name, count, len(plan.keys) - len(report.failures))}", file=sys.stderr)
     if report.not_compared:
         print(f"the points are not compared with the reference: {report.not_compared}", file=sys.stderr)
     for name, reason in report.not_computed.items():

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import importlib
+
 import pytest
 
 from benchmarks import Options
-from benchmarks.__main__ import main
+from benchmarks.__main__ import known, main
 from spectral_core.errors import UnknownNameError
 
 NAMES = ("room", "mirror", "mirror caustic", "glass caustic", "sky", "sky image")
@@ -38,6 +40,12 @@ def test_words_choose_equal_names_or_else_all_that_contain_them() -> None:
         ["shading-cost", "nosuch"],
         ["volume-stranger", "nosuch"],  # ended in a traceback, as the next one
         ["render-cycles", "somewhat strange"],
+        ["relight-memory", "nosuch"],
+        ["render-files", "nosuch"],
+        ["volume-speed", "engine", "shells"],  # the second volume was ignored
+        ["viewport-against-cycles", "nosuch"],
+        ["render-start", "--only", "nosuch"],  # nothing ran, with status 0
+        ["spectral-textures", "--pictures", "one.png"],
     ],
 )
 def test_words_that_a_benchmark_does_not_know_are_refused(line: list[str], capsys, tmp_path) -> None:
@@ -59,8 +67,26 @@ def test_a_word_in_place_of_a_number_is_named(name: str, line: list[str], expect
         main([name, *line])
 
 
-@pytest.mark.parametrize("line", [["shading-hard", "nosuch"], ["render-noise", "nosuch"], ["setup-kill", "5"]])
-def test_words_for_a_benchmark_that_reads_none_are_refused(line: list[str], capsys) -> None:
-    """They were ignored, and the whole benchmark ran."""
-    assert main(line) == 2
-    assert f"takes no words; got {line[1]}" in capsys.readouterr().err
+def _arguments_that_no_benchmark_reads() -> list[list[str]]:
+    """A lone word for each benchmark that declares none, and one more word after each option than it takes."""
+    lines = []
+    for name, file in known().items():
+        module = importlib.import_module(f"benchmarks.{file.parent.name}.{file.stem}")
+        if hasattr(module, "WORDS"):
+            continue
+        lines.append([name, "nosuch"])
+        for option, *words in map(str.split, getattr(module, "OPTIONS", ())):
+            if not " ".join(words).endswith("…"):
+                lines.append([name, option, *("1" for _ in words), "nosuch"])
+    return lines
+
+
+def test_words_that_no_benchmark_reads_are_refused(capsys, monkeypatch, tmp_path) -> None:
+    """Most ignored them, and the whole benchmark ran."""
+    lines = _arguments_that_no_benchmark_reads()
+    assert len(lines) > 60
+    for line in lines:
+        module = importlib.import_module(f"benchmarks.{known()[line[0]].parent.name}.{line[0].replace('-', '_')}")
+        monkeypatch.setattr(module, "run", lambda _, line=line: pytest.fail(f"{line} ran"))
+        assert main([*line, "--out", str(tmp_path)]) == 2
+        assert "takes no words; got nosuch" in capsys.readouterr().err, line

@@ -157,6 +157,24 @@ def test_numbers_of_all_types_are_found(stage):
         assert low < high
 
 
+def test_paths_with_single_quotes_are_read_as_those_with_double_ones(stage):
+    """Beyond the name of the data-block they led nowhere: no number, and no setting of a sweep."""
+    from blender_addon.editing.board.paths import number_at
+    from blender_addon.editing.sweep_settings import setting_at
+
+    tree = bpy.data.materials["Glow"].node_tree
+    tree.nodes["Emission"].name = 'It\'s "it"'
+    bpy.data.objects["Key"]["my 'size'"] = 2.0
+    for path, value in (
+        (r"""bpy.data.materials['Glow'].node_tree.nodes['It\'s "it"'].inputs[0].default_value[1]""", 0.25),
+        (r"""bpy.data.materials['Glow'].node_tree.nodes['It\'s \"it\"'].inputs['Strength'].default_value""", 4.0),
+        (r"""bpy.data.objects['Key']['my \'size\'']""", 3.0),
+        (r"""bpy.data.objects["Key"]["my 'size'"]""", 5.0),
+    ):
+        number_at(path).write(value)
+        assert number_at(path).read() == value == setting_at(path).place.read()
+
+
 def test_missing_hardware_is_reported_and_is_no_error(stage, monkeypatch, capfd):
     from blender_addon.editing.board import live as mixing_board_live
     from spectral_core.explore.board import midi

@@ -36,3 +36,18 @@ def test_a_figure_says_which_columns_it_leaves_out(table: Path, capsys) -> None:
 def test_an_analysis_with_the_number_0_is_not_left_out(table: Path, capsys) -> None:
     assert main(["explore", str(table), "--clusters", "0"]) == 1
     assert "--clusters needs a sweep's folder" in capsys.readouterr().err
+
+
+def test_a_derived_column_without_numbers_is_named(tmp_path: Path, capsys, monkeypatch) -> None:
+    """The column was empty at these points, and nothing said so."""
+    monkeypatch.chdir(tmp_path)
+    Path("f.py").write_text("def f(a):\n    return {'y': a - 2}\n")
+    Path("s.toml").write_text(
+        '[compute]\nkind = "function"\nfunction = "f.py:f"\n[[parameters]]\nname = "a"\nlow = 0\nhigh = 4\n'
+        'kind = "integer"\n[design]\nbudget = 5\n'
+    )
+    assert main(["sweep", "s.toml"]) == 0
+    capsys.readouterr()
+    assert main(["explore", "s", "--derive", "q", "1 / y", "--derive", "r", "y * 2"]) == 0
+    said = capsys.readouterr().err
+    assert "note: 'q' has no finite value at 1 of 5 points" in said and "'r'" not in said

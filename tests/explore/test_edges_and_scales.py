@@ -23,7 +23,7 @@ FUNCTION = {"kind": "function", "function": "none.py:f"}
 
 def points_of(parameters: list[dict[str, Any]], **tables: Any) -> list[dict[str, Any]]:
     sweep = sweep_of({"compute": FUNCTION, "parameters": parameters, **tables}, Path())
-    return design_points(sweep.space, sweep.region, sweep.design)[0]
+    return design_points(sweep.space, sweep.region, sweep.design.placed(sweep.space))[0]
 
 
 @pytest.mark.parametrize("unit", [1e-13, 1e-7, 1.0, 1e9])
@@ -96,3 +96,40 @@ def test_gray_pictures_of_16_bits_keep_their_levels(tmp_path: Path) -> None:
     image.fromarray(np.repeat(levels, 3, axis=0)).save(tmp_path / "gray.png")
     assert read_display(tmp_path / "gray.png")[1].tolist() == [[level] * 3 for level in (0, 1, 1, 50, 128, 255)]
     assert read_linear(tmp_path / "gray.png")[0, 4, 1] == pytest.approx(((128 / 255 + 0.055) / 1.055) ** 2.4, abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["lattice", "sobol", "latin_hypercube"])
+def test_a_budget_above_the_number_of_combinations_takes_all_of_them(kind: str) -> None:
+    """From 4097 combinations on, a minute passed before a message about constraints that there were not."""
+    whole = [{"name": name, "low": 0, "high": 79, "kind": "integer"} for name in "ab"]
+    found = points_of(whole, design={"kind": kind, "budget": 20_000})
+    assert {(point["a"], point["b"]) for point in found} == set(product(range(80), repeat=2)) and len(found) == 6400
+
+
+def test_all_combinations_come_in_the_order_of_the_design() -> None:
+    """They came sorted, so that a run that ended early had the first choices alone."""
+    parameters = [{"name": "lamp", "choices": list("abcdef")}, {"name": "k", "low": 1, "high": 10, "kind": "integer"}]
+    found = points_of(parameters, design={"budget": 100})
+    assert len({(point["lamp"], point["k"]) for point in found}) == len(found) == 60
+    first = found[:20]
+    assert {point["lamp"] for point in first} == set("abcdef")
+    assert max(sum(point["k"] == k for point in first) for k in range(1, 11)) <= 4
+
+
+def test_whole_numbers_in_a_flat_region_are_all_taken() -> None:
+    whole = [{"name": name, "low": 0, "high": 20, "kind": "integer"} for name in "ab"]
+    found = points_of(whole, region={"constraints": ["a <= b", "b <= a"]}, design={"budget": 21})
+    assert sorted((point["a"], point["b"]) for point in found) == [(k, k) for k in range(21)]
+
+
+@pytest.mark.parametrize("chosen", [["b"], ["f", "a"], list("abcdef")])
+def test_a_latin_hypercube_is_even_on_every_axis_when_few_values_are_chosen(chosen: list[str]) -> None:
+    """It was made of the parts of several hypercubes: a third of the strata had no point."""
+    parameters = [{"name": name, "low": 0.0, "high": 1.0} for name in "xy"] + [{"name": "m", "choices": list("abcdef")}]
+    found = points_of(
+        parameters, region={"choices": {"m": chosen}}, design={"kind": "latin_hypercube", "budget": 60, "seed": 4}
+    )
+    for name in "xy":
+        assert sorted(int(point[name] * 60) for point in found) == list(range(60))
+    counts = [sum(point["m"] == value for point in found) for value in chosen]
+    assert counts == [60 // len(chosen)] * len(chosen)

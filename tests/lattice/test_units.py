@@ -109,6 +109,17 @@ def test_the_command_counts_distances_in_shares_of_the_ranges(options: list[str]
         assert lattice.separation(points[1]) > 0.46
 
 
+def test_ranges_with_few_numbers_are_refused_and_narrow_ones_printed_with_their_digits(tmp_path: Path, capsys) -> None:
+    """Sixty-four points fell on 56 different ones, and the printed points of a narrow range were alike."""
+    given, out = ["lattice", "--dims", "2", "--points", "64"], tmp_path / "points.csv"
+    assert main([*given, "--low", "0", "1e12", "--high", "1e-323", "1000000000000.001", "--out", str(out)]) == 1
+    said = capsys.readouterr().err
+    assert "of 64 points differ" in said and "parameter 1" in said and not out.exists()
+    assert main([*given, "--low", "0", "1e12", "--high", "1", "1000000000010"]) == 0
+    printed = [line.split(",") for line in capsys.readouterr().out.splitlines() if line.count(",") == 1][-20:]
+    assert len({line[1] for line in printed}) == 20 and all(1e12 <= float(line[1]) <= 1e12 + 10 for line in printed)
+
+
 def test_a_damaged_description_of_a_sweep_is_refused() -> None:
     """Shifts of another lattice, and NaN, changed the order of the points without a word."""
     points = lattice.progressive_fill(lattice.unit_cube(2), 20)

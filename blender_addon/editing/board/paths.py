@@ -17,6 +17,7 @@ from spectral_core.errors import InvalidInputError
 _QUOTED = r"""(?:"((?:[^"\\]|\\.)*)"|'((?:[^'\\]|\\.)*)')"""
 _FULL = re.compile(rf"bpy\.data\.(\w+)\[{_QUOTED}(?:,\s*{_QUOTED})?\](.*)", re.S)
 """Collection, name, library of linked data, and the rest, with two groups for each text in quotes."""
+_TEXT = re.compile(_QUOTED)
 _INDEXED = re.compile(r"(.*)\[(\d+)\]", re.S)
 _CUSTOM = re.compile(r'(.*)\["((?:[^"\\]|\\.)*)"\]', re.S)
 WIDEST = 1e4
@@ -112,7 +113,16 @@ def block_at(path: str) -> tuple[ID, str]:
     if block is None:
         linked = f", linked from {library}" if library else ""
         raise InvalidInputError(f"{path!r}: this file has no {full[1]} named {name!r}{linked}")
-    return block, full[6]
+    return block, _TEXT.sub(_in_double_quotes, full[6])
+
+
+def _in_double_quotes(text: re.Match[str]) -> str:
+    """A text of a path in double quotes, the only ones that Blender reads; scripts often have single ones."""
+    if text[2] is None:
+        return text[0]
+    letters = {"\\'": "'", '"': '\\"'}
+    inner = re.sub(r'\\.|"', lambda letter: letters.get(letter[0], letter[0]), text[2], flags=re.S)
+    return f'"{inner}"'
 
 
 def place_in(block: ID, rest: str) -> Number | None:

@@ -13,7 +13,7 @@ from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.document import compute_node
 from spectral_core.explore.sweep.region import RegionOfInterest
-from spectral_core.explore.sweep.store import Store
+from spectral_core.explore.sweep.store import Store, not_finite_note
 
 MAX_SAMPLE = 10_000
 Action = Callable[[Mapping[str, Any]], dict[str, Any]]
@@ -125,8 +125,12 @@ class LiveSweep:
 
     def derive(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """Add a column."""
-        self.store.derive(str(content.get("name", "")), str(content.get("expression", "")))
+        name = str(content.get("name", ""))
+        column = self.store.derive(name, str(content.get("expression", "")))
         self.store.write_table()
+        if None in column:  # without a reload, which would take the message away
+            note = not_finite_note(name, column.count(None), len(column))
+            return {"message": f"column added; {note}. Reload the page to see it"}
         return {"message": "column added", "reload": True}
 
     def distance(self, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, Literal
@@ -29,7 +30,8 @@ MAX_BUDGET = 1_000_000
 MAX_REFINEMENTS = 40
 """Levels or doublings that are tried for enough different points, before an error reports narrow constraints."""
 MOST_LISTED = 4096
-"""Combinations of whole numbers and choices that are counted one by one, with the constraints."""
+"""Combinations of whole numbers and choices that are counted one by one, with the constraints; up to the budget, if
+that is larger."""
 MOST_TRIED = 50_000
 """Candidates that are tested, beyond 200 per point, before a region is reported to hold too few points."""
 Point = dict[str, Value]
@@ -134,16 +136,20 @@ def design_points(
     chosen = {_address(space, point): dict(point) for point in known if region.contains(space, point)}
     budget = design.budget
     limit = _combinations(space, region)
-    if limit is not None and limit <= MOST_LISTED:
+    if limit is not None and limit <= max(MOST_LISTED, budget):
         every = [point for point in _all_points(space, region) if region.contains(space, point)]
-        if len(every) < budget:
-            notes.append(
-                f"the region holds {len(every)} different points, fewer than the budget of {budget}: all are taken"
-            )
-            budget = len(every)
+        if len(every) <= budget:
+            if len(every) < budget:
+                notes.append(
+                    f"the region holds {len(every)} different points, fewer than the budget of {budget}: all are taken"
+                )
+            with suppress(InvalidInputError):  # a flat region has whole numbers, but no room for a lattice
+                # in the order of the design as far as it goes, because a run may end early
+                _add_drawn(chosen, len(every), space, region, design, 8 * len(every))
             for point in every:
                 chosen.setdefault(_address(space, point), point)
-    _add_drawn(chosen, budget, space, region, design)
+            return list(chosen.values()), notes
+    _add_drawn(chosen, budget, space, region, design, MOST_TRIED + 200 * budget)
     if len(chosen) < budget:
         raise InvalidInputError(
             f"only {len(chosen)} of {budget} different points were found in the region; its constraints leave almost "
@@ -166,11 +172,16 @@ def _listed_points(space: Space, region: RegionOfInterest, design: Design) -> tu
 
 
 def _add_drawn(
-    chosen: dict[tuple[Value, ...], Point], budget: int, space: Space, region: RegionOfInterest, design: Design
+    chosen: dict[tuple[Value, ...], Point],
+    budget: int,
+    space: Space,
+    region: RegionOfInterest,
+    design: Design,
+    most: int,
 ) -> None:
-    """Add points of the design to ``chosen`` until it has ``budget`` of them, or too few are found."""
+    """Add points of the design to ``chosen`` until it has ``budget`` of them, or ``most`` candidates were tried."""
     batches = _batches(space, region, design)
-    most, tried = MOST_TRIED + 200 * budget, 0
+    tried = 0
     for _ in range(MAX_REFINEMENTS):
         if len(chosen) >= budget or tried > most:
             return
@@ -192,7 +203,9 @@ def _batches(space: Space, region: RegionOfInterest, design: Design) -> Iterator
     elif design.kind == "sobol":
         yield from _sobol_batches(unit_region, design)
     else:
-        yield from _latin_batches(unit_region, design)
+        for drawn in _latin_batches(unit_region, design):
+            spread = region.onto_choices(space, drawn)  # else only a part of them would count, unevenly
+            yield spread[unit_region.contains(spread)]
 
 
 def _fine_enough(design: Design) -> int:
@@ -245,10 +258,8 @@ def _latin_batches(region: Region, design: Design) -> Iterator[NDArray[np.float6
     low, high = _limits(region)
     rng = np.random.default_rng(design.seed)
     while True:
-        drawn = low + qmc.LatinHypercube(region.dimensions, optimization="random-cd", rng=rng).random(design.budget) * (
-            high - low
-        )
-        yield drawn[region.contains(drawn)]
+        drawn = qmc.LatinHypercube(region.dimensions, optimization="random-cd", rng=rng).random(design.budget)
+        yield low + drawn * (high - low)
 
 
 def _combinations(space: Space, region: RegionOfInterest) -> int | None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.constraints import parse_constraint
@@ -125,6 +126,18 @@ class RegionOfInterest:
         if self.ball is None:
             return True
         return self.ball.distance(space, values) <= 1.0 + ROUNDING
+
+    def onto_choices(self, space: Space, drawn: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points (m, n) of the unit cube, whose coordinates are spread over the values that the region chooses."""
+        spread = drawn.copy()
+        for index, parameter in enumerate(space.parameters):
+            chosen = self.choices.get(parameter.name)
+            if chosen:
+                places = np.array([k for k, value in enumerate(parameter.choices) if value in chosen])
+                within = drawn[:, index] * len(places)
+                which = np.minimum(within.astype(int), len(places) - 1)
+                spread[:, index] = (places[which] + within - which) / len(parameter.choices)
+        return spread
 
     def to_dict(self) -> dict[str, Any]:
         """Plain entries for a document."""

@@ -196,18 +196,22 @@ class Store:
         write_whole(path, csv_text(list(table), rows))
         return path
 
-    def derive(self, name: str, expression: str) -> None:
-        """Add a column computed from others; InvalidInputError if the expression is not safe or does not fit."""
+    def derive(self, name: str, expression: str) -> list[Any]:
+        """Add a column computed from others, and return its values, None where they are not finite.
+
+        Raises InvalidInputError if the expression is not safe or does not fit.
+        """
         require_column_name(name)
         table = self.columns()
         if name in table and name not in self.project.expressions:
             raise InvalidInputError(f"there is a column {name!r} already; take another name")
-        wrong = self._table(self.ledger.rows("done"), {**self.project.expressions, name: expression})[1]
+        further, wrong = self._table(self.ledger.rows("done"), {**self.project.expressions, name: expression})
         for column, reason in wrong.items():
             if column == name or column not in self.not_computed:
                 raise InvalidInputError(reason if column == name else f"{column!r}, which reads {name!r}: {reason}")
         self.project.expressions[name] = expression
         self.save_project()
+        return further.get(name, [])
 
     def label(self, name: str, values: Mapping[str, float | int | str | None]) -> None:
         """Set a manual column at some rows by key; None erases."""
@@ -239,6 +243,11 @@ class Store:
                 )
         for name, values in columns.items():
             self.ledger.set_manual(name, values)
+
+
+def not_finite_note(name: str, count: int, rows: int) -> str:
+    """What to say about a column without a finite value at ``count`` of ``rows`` points."""
+    return f"{name!r} has no finite value at {count} of {rows} points; the table has no number there"
 
 
 def cdb_folder(folder: Path) -> Path:

@@ -2,7 +2,8 @@
 // The page: reads the table, builds the views, links them, hears keys and buttons.
 
 import { columnOf, shown, tableOf, textColumn } from "./data.js";
-import { css, distinct, mapped, onGround } from "./colors.js";
+import { onGround } from "./colors.js";
+import { legendOf } from "./legend.js";
 import { List } from "./list.js";
 import { ask } from "./live.js";
 import { Matrix } from "./matrix.js";
@@ -136,31 +137,8 @@ class Explorer {
 
   /** A legend of the color. */
   legend() {
-    const host = element("legend");
     const column = this.table.byName.get(this.state.color);
-    if (!column) {
-      host.replaceChildren();
-      return;
-    }
-    if (column.kind === "text") {
-      host.replaceChildren(...column.order.slice(0, 10).map((text, k) => {
-        const item = document.createElement("span");
-        item.className = "item";
-        item.style.setProperty("--color", css(distinct(k)));
-        item.textContent = text;
-        return item;
-      }));
-      return;
-    }
-    const bar = document.createElement("span");
-    bar.className = "bar";
-    bar.style.background = `linear-gradient(to right, ${[0, 0.25, 0.5, 0.75, 1].map((at) => css(mapped(at))).join(",")})`;
-    const ends = [column.low, column.high].map((value) => {
-      const text = document.createElement("span");
-      text.textContent = shown({ ...column, values: Float64Array.of(value) }, 0);
-      return text;
-    });
-    host.replaceChildren(ends[0], bar, ends[1]);
+    element("legend").replaceChildren(...(column ? legendOf(column) : []));
   }
 
   /** Checkboxes of the variables by dimension group, and the choice of the color. */
@@ -314,9 +292,10 @@ class Explorer {
         const plain = JSON.parse(await file.text());
         fromPlain(state, plain, this.table);
         for (const [name, byKey] of Object.entries(state.labels)) this.setLabels(name, byKey);
-        fromPlain(state, plain, this.table);
+        const lost = fromPlain(state, plain, this.table);
         this.variables();
         this.changed();
+        element("status").textContent = lost.length ? `not in this table: ${lost.join(", ")}` : "";
       } catch (error) {
         element("status").textContent = `this file holds no state: ${error}`;
       }
@@ -364,7 +343,7 @@ class Explorer {
     const views = ["matrix", "parallel", "table"];
     const operations = ["replace", "union", "intersection", "difference"];
     document.addEventListener("keydown", (event) => {
-      if (/^(INPUT|SELECT|TEXTAREA)$/.test(/** @type {HTMLElement} */ (event.target).tagName) || event.ctrlKey || event.metaKey) return;
+      if (/^(INPUT|SELECT|TEXTAREA)$/.test(/** @type {HTMLElement} */ (event.target).tagName) || event.ctrlKey || event.metaKey || event.altKey) return;
       const { state } = this;
       const operation = operations["1234".indexOf(event.key)];
       if (event.key === "Escape") this.clear();

@@ -20,8 +20,9 @@ export function thumbnail(table, row) {
 /** Address of a row's full picture; "" where there is none or where it would lead elsewhere. @param {import("./data.js").Table} table @param {number} row @param {string} [column] */
 export function pictureOf(table, row, column = "FILE") {
   const name = table.files.get(column)?.[row] ?? "";
-  const plain = /^[\w][\w./-]*\.(png|jpe?g|webp)$/i.test(name) && !name.includes("..");
-  return plain ? name : "";
+  const parts = name.split("/");
+  const inside = !/[\\:\p{Cc}]/u.test(name) && !parts.includes("") && !parts.includes("..");
+  return inside && /\.(png|jpe?g|webp)$/i.test(name) ? parts.map(encodeURIComponent).join("/") : "";
 }
 
 /** Fill the card that follows the pointer. @param {HTMLElement} card @param {import("./data.js").Table} table @param {number} row @param {string[]} names */
@@ -50,7 +51,12 @@ export class Compare {
 
   /** Show the rows that are picked. */
   draw() {
-    const rows = this.state.compare.slice(-2).filter((row) => pictureOf(this.table, row));
+    const picked = this.state.compare.slice(-2);
+    const rows = picked.filter((row) => pictureOf(this.table, row));
+    if (picked.length && !rows.length) {
+      this.host.replaceChildren(note(this.table.files.size ? "These points have no picture." : "This table has no pictures."), this.differences(picked));
+      return;
+    }
     if (!rows.length) {
       this.host.replaceChildren(note(this.table.files.size ? "Click a point to see its picture, a second one to compare." : "This table has no pictures."));
       return;
@@ -79,7 +85,7 @@ export class Compare {
       });
       stage.append(image);
     }
-    this.host.replaceChildren(buttons, stage, ...(rows.length === 2 && this.mode !== "side" ? [this.slider(stage)] : []), this.differences(rows));
+    this.host.replaceChildren(buttons, stage, ...(rows.length === 2 && this.mode !== "side" ? [this.slider(stage)] : []), this.differences(picked));
     this.apply(stage);
   }
 

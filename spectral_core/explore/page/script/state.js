@@ -63,19 +63,26 @@ export function toPlain(state, table) {
   };
 }
 
-/** Take plain JSON over where it fits the table. @param {State} state @param {any} plain @param {import("./data.js").Table} table */
+/**
+ * Take plain JSON over where it fits the table. Returns what it names that the table lacks.
+ * @param {State} state @param {any} plain @param {import("./data.js").Table} table @returns {string[]}
+ */
 export function fromPlain(state, plain, table) {
-  if (typeof plain !== "object" || plain === null) return;
+  /** @type {string[]} */
+  const lost = [];
+  if (typeof plain !== "object" || plain === null) return lost;
   const rows = new Map(table.keys.map((key, i) => [key, i]));
   const known = (/** @type {any} */ name) => typeof name === "string" && table.byName.has(name);
   if (Array.isArray(plain.columns)) {
     const kept = plain.columns.filter(known);
     if (kept.length) state.columns = kept;
+    lost.push(...plain.columns.filter((/** @type {any} */ name) => !known(name)).map((/** @type {any} */ name) => `the column ${name}`));
   }
   if (known(plain.color) || plain.color === "") state.color = plain.color;
   if (["matrix", "parallel", "table"].includes(plain.view)) state.view = plain.view;
   if (["box", "lasso"].includes(plain.tool)) state.tool = plain.tool;
   if (["auto", "light", "dark"].includes(plain.theme)) state.theme = plain.theme;
+  if (known(plain.sort?.column) || plain.sort?.column === "") state.sort = { column: plain.sort.column, down: plain.sort.down === true };
   if (typeof plain.labels === "object" && plain.labels !== null) {
     for (const [name, byKey] of Object.entries(plain.labels)) {
       if (typeof byKey !== "object" || byKey === null) continue;
@@ -84,12 +91,16 @@ export function fromPlain(state, plain, table) {
     }
   }
   if (Array.isArray(plain.selection)) {
-    for (const key of plain.selection) if (rows.has(key)) state.selection[/** @type {number} */ (rows.get(key))] = 1;
-    state.selected = plain.selection.length > 0;
+    const found = plain.selection.filter((/** @type {any} */ key) => rows.has(key));
+    state.selection.fill(0); // what was selected before is no part of this state
+    for (const key of found) state.selection[/** @type {number} */ (rows.get(key))] = 1;
+    state.selected = found.length > 0;
+    if (found.length < plain.selection.length) lost.push(`${plain.selection.length - found.length} of ${plain.selection.length} selected rows`);
   }
   if (Array.isArray(plain.compare)) {
     state.compare = plain.compare.filter((/** @type {string} */ key) => rows.has(key)).map((/** @type {string} */ key) => rows.get(key));
   }
+  return lost;
 }
 
 /** Keep the state for the next visit. @param {State} state @param {import("./data.js").Table} table */

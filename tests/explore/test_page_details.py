@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Details of the page: colors of texts and their legend, saved states, names of pictures, values without pictures."""
+
+from __future__ import annotations
+
+import json
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from benchmarks.explore.checks.browser import Browser, find_browser
+from spectral_core.explore.page.build import PageTable, table_of_folder, write_page
+
+pytestmark = pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+DICHROMATS = {
+    "protanope": [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
+    "deuteranope": [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
+}
+"""Linear sRGB as people see it who lack a type of cone (Viénot, Brettel and Mollon 1999)."""
+
+
+def page_of(folder: Path, **columns: list[object]) -> str:
+    count = len(next(iter(columns.values())))
+    table = PageTable("table", folder.name, columns, [f"k{i}" for i in range(count)])
+    return write_page(folder / "page.html", table).resolve().as_uri()
+
+
+def test_colors_of_texts_differ_for_people_who_lack_a_type_of_cone(tmp_path: Path) -> None:
+    """The third and the fifth color were ΔE2000 1 apart to them."""
+    import colour
+
+    names = [f"lamp {i}" for i in range(13)]
+    with Browser(1400, 900) as page:
+        page.open(page_of(tmp_path, lamp=[*names, ""], v=list(range(14))))
+        page.run("explorer.state.color = 'lamp'; explorer.changed()")
+        said = page.run("document.getElementById('legend').innerText").split("\n")
+        assert [each.strip() for each in said[10:]] == ["and 3 more in the same colors", "no value"]
+        dots = "[...document.querySelectorAll('#legend .item')].map((e) => e.style.getPropertyValue('--color'))"
+        drawn = page.run(dots)
+    colors = np.array([[int(part) for part in each[4:-1].split()] for each in drawn]) / 255
+    assert len(colors) == 11 and (colors[10] == 128 / 255).all()
+    linear = colour.models.eotf_sRGB(colors)
+    for name, matrix in {"all cones": np.eye(3), **DICHROMATS}.items():
+        seen = colour.XYZ_to_Lab(colour.RGB_to_XYZ(linear @ np.transpose(matrix), "sRGB"))
+        apart = {pair: colour.delta_E(*seen[list(pair)], method="CIE 2000") for pair in combinations(range(11), 2)}
+        assert min(apart.values()) > 7, (name, min(apart, key=apart.__getitem__))
+
+
+def test_a_saved_state_comes_back_whole(tmp_path: Path) -> None:
+    """What was selected before stayed selected, the order of the table was lost, and a state of another table made
+    every point gray.
+    """
+    with Browser(1200, 800) as page:
+        page.open(page_of(tmp_path, a=[1.0, 2.0, 3.0, 4.0], b=[4.0, 3.0, 2.0, 1.0]))
+        page.run("""globalThis.opened = async (plain) => {
+          const holder = new DataTransfer();
+          holder.items.add(new File([JSON.stringify(plain)], "state.json"));
+          const input = document.getElementById("open-state");
+          input.files = holder.files;
+          input.dispatchEvent(new Event("change"));
+          await new Promise((resolve) => setTimeout(resolve, 200));
+          return [[...explorer.state.selection], explorer.state.selected, explorer.state.sort,
+            document.getElementById("status").textContent];
+        }; 0""")
+        page.run("explorer.select(Uint8Array.from([0, 0, 1, 1]))")
+        state = {"selection": ["k0"], "sort": {"column": "b", "down": True}}
+        assert page.run(f"opened({json.dumps(state)})") == [[1, 0, 0, 0], True, {"column": "b", "down": True}, ""]
+        other = {"selection": ["x", "y"], "columns": ["a", "other"]}
+        found = page.run(f"opened({json.dumps(other)})")
+        assert found[:2] == [[0, 0, 0, 0], False]
+        assert found[3] == "not in this table: the column other, 2 of 2 selected rows"
+        assert page.errors == []
+
+
+def test_pictures_have_any_name_and_points_without_one_show_their_values(tmp_path: Path) -> None:
+    """A click on a picture whose name has a space showed nothing, as one on a point of a table without pictures."""
+    folder = tmp_path / "odd.cdb"
+    (folder / "image" / "my set").mkdir(parents=True)
+    names = ["image/my set/one two.png", "image/my set/50% é#1?.png", "../image/out.png", ""]
+    for name in names[:2]:
+        Image.new("RGB", (20, 10), (200, 90, 40)).save(folder / name)
+    (tmp_path / "image").mkdir()
+    Image.new("RGB", (20, 10)).save(tmp_path / "image" / "out.png")
+    (folder / "data.csv").write_text("a,FILE\n" + "".join(f"{i},{name}\n" for i, name in enumerate(names[:2])), "utf-8")
+    path = write_page(folder / "page.html", table_of_folder(folder))
+    shown = "[...document.querySelectorAll('#compare img')].map((image) => image.naturalWidth)"
+    with Browser(1000, 700) as page:
+        page.open(path.resolve().as_uri())
+        for row in range(2):
+            page.run(f"explorer.state.compare = []; explorer.pick({row}); new Promise((r) => setTimeout(r, 300))")
+            assert page.run(shown) == [20]
+        page.run(f"explorer.table.files.set('FILE', {json.dumps([names[2], names[3]])})")
+        for row in range(2):
+            page.run(f"explorer.state.compare = []; explorer.pick({row})")
+            text = page.run("document.getElementById('compare').innerText")
+            assert page.run(shown) == [] and "no picture" in text and f"a\t{row}" in text
+        assert page.errors == []
+
+
+def test_long_names_do_not_widen_the_page_of_a_phone(tmp_path: Path) -> None:
+    long = "brightness of the lamp beside the window in the morning"
+    with Browser(390, 800) as page:
+        page.open(page_of(tmp_path, **{long: ["long text " * 15, "b"], "v": [1.0, 2.0]}))
+        page.run(f"explorer.state.color = '{long}'; explorer.changed()")
+        assert page.run("[document.documentElement.scrollWidth, innerWidth]") == [390, 390]
+        assert page.errors == []
