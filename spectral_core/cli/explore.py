@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.cli.shared.parser import without_companion
-from spectral_core.cli.shared.report import print_json
+from spectral_core.cli.shared.report import not_finite_note, print_json
 from spectral_core.documents.toml import toml_text
 from spectral_core.errors import InvalidInputError
 
@@ -168,6 +168,10 @@ def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
         print(toml_text({"region": result["region"]}), end="")
     if not store.ledger.is_read_only:
         store.write_table()
+    keys = [row.key for row in store.ledger.rows("done")] if arguments.derive else []
+    missing = store.not_finite(keys)
+    for name in (name for name, _ in arguments.derive if name in missing):
+        print(not_finite_note(name, missing[name], len(keys)), file=sys.stderr)
     for name, reason in store.not_computed.items():
         print(f"note: the column {name!r} is not computed: {reason}", file=sys.stderr)
     return result

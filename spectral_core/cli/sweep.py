@@ -17,7 +17,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from spectral_core.cli.shared.report import print_json
+from spectral_core.cli.shared.report import not_finite_note, print_json
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 
 
@@ -126,8 +126,7 @@ def _run(arguments: argparse.Namespace, sweep: Any, plan: Any) -> dict[str, Any]
         print(f"{count} set aside: {reason}")
     print(f"table: {sweep.store.folder / 'data.csv'}")
     for name, count in report.not_finite.items():
-        rows = f"{count} of {len(plan.keys) - len(report.failures)} points"
-        print(f"note: {name!r} has no finite value at {rows}; the table has no number there", file=sys.stderr)
+        print(not_finite_note(name, count, len(plan.keys) - len(report.failures)), file=sys.stderr)
     if report.not_compared:
         print(f"the points are not compared with the reference: {report.not_compared}", file=sys.stderr)
     for name, reason in report.not_computed.items():

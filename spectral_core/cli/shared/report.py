@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The JSON object that ``--json`` prints as the last line."""
+"""What several commands report alike: the JSON object that ``--json`` prints as the last line, and notes."""
 
 from __future__ import annotations
 
@@ -12,6 +12,11 @@ from typing import Any
 def print_json(report: Mapping[str, Any]) -> None:
     """Print a report in one line."""
     print(json.dumps(finite(report), allow_nan=False))
+
+
+def not_finite_note(column: str, count: int, points: int) -> str:
+    """Note on a column of a sweep that has no finite value at ``count`` of ``points`` points."""
+    return f"note: {column!r} has no finite value at {count} of {points} points; the table has no number there"
 
 
 def finite(value: Any) -> Any:
