@@ -38,7 +38,8 @@ SECTIONS = {
 HEAD = """# Settings of the panels
 
 Every setting that a panel shows, and every option of an operator, by the label in the panel and with the text of the
-tooltip. The default among choices is in bold type. What the features do is on their own pages: [the
+tooltip. The default among choices is in bold type. *In Python* is the name of the setting in a script, and the word
+after the name of a choice is its value there. What the features do is on their own pages: [the
 palette](palette_in_blender.md), [the viewport](viewport.md), [the light dial](relight.md), [sweeps](explore.md),
 [textures and recipes](spectral_textures.md), [volumes](volume_files.md#in-blender), [renders](render.md).
 
@@ -65,7 +66,10 @@ def default_of(prop: Any) -> str:
     """The choices of a setting with the default in bold, or its default and range."""
     if prop.type == "ENUM":
         usual = prop.default_flag if prop.is_enum_flag else {prop.default}
-        names = [f"**{item.name}**" if item.identifier in usual else f"*{item.name}*" for item in prop.enum_items]
+        names = [
+            f"{f'**{item.name}**' if item.identifier in usual else f'*{item.name}*'} `{item.identifier}`"
+            for item in prop.enum_items
+        ]
         told = zip(names, prop.enum_items, strict=True)
         return "; ".join(f"{name}: {item.description}" if item.description else name for name, item in told)
     if prop.type == "BOOLEAN":
@@ -90,17 +94,46 @@ def declared(kind: type, properties: Any) -> Iterator[Any]:
             yield prop
 
 
+ROOTS = {"Scene": "bpy.context.scene", "Material": "material", "Volume": "volume"}
+"""Data-blocks that hold the groups of the page, and their names in a script; lights, worlds and nodes hold a spectrum
+as materials do."""
+
+
+def places() -> dict[str, str]:
+    """How a script reaches each property group, such as ``bpy.context.scene.spectral.palette``, by its class."""
+    import bpy
+
+    found: dict[str, str] = {}
+    left = [(name, getattr(bpy.types, kind).bl_rna.properties["spectral"]) for kind, name in ROOTS.items()]
+    while left:  # the shortest ways first
+        owner, prop = left.pop(0)
+        place = f"{owner}.{prop.identifier}{'[0]' if prop.type == 'COLLECTION' else ''}"
+        if prop.fixed_type.identifier.startswith("Spectral") and prop.fixed_type.identifier not in found:
+            found[prop.fixed_type.identifier] = place
+            inner = (each for each in prop.fixed_type.properties if each.type in ("POINTER", "COLLECTION"))
+            left += [(place, each) for each in inner if each.identifier != "rna_type"]
+    return found
+
+
 def table_of(name: str, texts: set[str], labels: dict[str, str]) -> list[str]:
-    """The settings of a property group that a panel names; empty if there are none."""
+    """The settings of a property group that a panel names, after its place; empty if there are none."""
     import bpy
 
     group = next(kind for kind in bpy.types.PropertyGroup.__subclasses__() if kind.__name__ == name)
     lines = [
-        f"| {labels.get(prop.identifier) or prop.name} | {default_of(prop)} | {prop.description} |"
+        f"| {labels.get(prop.identifier) or prop.name} | `{prop.identifier}` | {default_of(prop)} "
+        f"| {prop.description} |"
         for prop in declared(group, group.bl_rna.properties)
         if prop.identifier in texts
     ]
-    return ["", "| setting | default, range or choices | meaning |", "|---|---|---|", *lines] if lines else []
+    head = [
+        "",
+        f"In Python: `{places()[name]}`",
+        "",
+        "| setting | in Python | default, range or choices | meaning |",
+        "|---|---|---|---|",
+    ]
+    return head + lines if lines else []
 
 
 def operators() -> list[tuple[str, type, Any]]:

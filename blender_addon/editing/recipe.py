@@ -16,6 +16,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
 from spectral_core.palette.recipe.library import led_channels, paint_chips
 from spectral_core.palette.recipe.material import MOST_COLORANTS, Colorants, material_recipe
+from spectral_core.palette.recipe.missed import missed_requests
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.files import read_spectra
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum, common_grid, told_apart
@@ -66,7 +67,8 @@ def search(scene: Scene) -> Callable[[], Found]:
 
     def driven() -> Found:
         lamp = lamp_recipe(channels, cct, duv=duv, quality=quality, most_channels=min(most, len(channels)))
-        return Found(f"{lamp.text()}\n100 % is {full}", lamp.lamp, bool(lamp.met), kind)
+        lines = [lamp.text(), f"100 % is {full}", *missed_requests(lamp, quality)]
+        return Found("\n".join(lines), lamp.lamp, bool(lamp.met), kind)
 
     return driven
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import bpy
@@ -93,18 +94,23 @@ class Waiting:
     def leave(self) -> None:
         """Give back what ``prepare`` has taken; called at the end, whatever the end is."""
 
+    @contextmanager
+    def _leaving_on_failure(self) -> Iterator[None]:
+        try:
+            yield
+        except BaseException:  # what `prepare` has taken would be missing until Blender ends
+            self.leave()
+            raise
+
     def execute(self, context: Context) -> set[str]:
         """Do the work now."""
         self.stopping = threading.Event()
         try:
-            self.prepare(context, at_once=True)
-            work = self.begin(context)
+            with self._leaving_on_failure():
+                self.prepare(context, at_once=True)
+                work = self.begin(context)
         except (SpectralError, OSError) as error:
-            self.leave()
             return self.refused(error)
-        except BaseException:
-            self.leave()
-            raise
         return self._ended(context.scene, _answer_of(work))
 
     def invoke(self, context: Context, _event: Event) -> set[str]:
@@ -116,16 +122,12 @@ class Waiting:
         self._answers, self._scene = [], context.scene.session_uid
         self._began, self._shown, self.stopping = time.monotonic(), "", threading.Event()
         try:
-            with pause():
+            with pause(), self._leaving_on_failure():
                 self.prepare(context, at_once=False)
                 if self.is_prepared():
                     self._begin_on_thread(context)
         except (SpectralError, OSError) as error:
-            self.leave()
             return self.refused(error)
-        except BaseException:
-            self.leave()
-            raise
         manager = context.window_manager
         self._timer = manager.event_timer_add(LOOK_AGAIN_S, window=context.window)
         manager.modal_handler_add(self)
@@ -163,7 +165,7 @@ class Waiting:
                 if found == {"PASS_THROUGH"}:
                     self._tell(context)
                 return found
-            except BaseException:  # what `prepare` has taken would be missing until Blender ends
+            except BaseException:
                 if self._timer is not None:
                     self._stop(context)
                     self.leave()

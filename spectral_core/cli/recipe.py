@@ -70,27 +70,30 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _lamp(arguments: argparse.Namespace) -> int:
     from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
+    from spectral_core.palette.recipe.missed import missed_requests
 
     if arguments.cct is None:
         raise InvalidInputError("a lamp needs --cct, the color temperature in kelvin")
+    quality = LampQuality(
+        arguments.cri, arguments.rf, None if arguments.rg is None else (arguments.rg[0], arguments.rg[1]),
+        arguments.cct_tolerance, arguments.duv_tolerance,
+    )  # fmt: skip
     recipe = lamp_recipe(
         [_illuminant(spectrum) for spectrum in _channels(arguments.spectra, "illuminant")], arguments.cct,
-        duv=arguments.duv,
-        quality=LampQuality(
-            arguments.cri, arguments.rf, None if arguments.rg is None else (arguments.rg[0], arguments.rg[1]),
-            arguments.cct_tolerance, arguments.duv_tolerance,
-        ), most_channels=arguments.most,
+        duv=arguments.duv, quality=quality, most_channels=arguments.most,
     )  # fmt: skip
     print(recipe.text())
+    missed = missed_requests(recipe, quality)
     if not recipe.met:
         print(
-            "not all requirements can be reached with these channels; this is the nearest recipe. Add or free channels."
+            f"not all requirements can be reached with these channels: {', '.join(missed)}; this is the nearest "
+            "recipe. Add channels, allow more of them with --most, or require less."
         )
     if arguments.json:
         figures = {
             "drives": dict(zip(recipe.names, recipe.drives.tolist(), strict=True)), "cct_k": recipe.cct_k,
             "duv": recipe.duv, "rendering_index": recipe.rendering_index, "fidelity": recipe.fidelity,
-            "gamut": recipe.gamut, "met": recipe.met,
+            "gamut": recipe.gamut, "met": recipe.met, "missed": missed,
             "efficacy_lm_per_w": recipe.efficacy_lm_per_w, "dosage_delta_uv": recipe.dosage_delta_uv,
         }  # fmt: skip
         print_json(figures)

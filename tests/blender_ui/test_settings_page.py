@@ -57,3 +57,27 @@ def test_every_setting_that_a_panel_draws_is_on_the_page(writer: ModuleType) -> 
     ours = drawn & told.keys()  # the others are settings of Blender or Cycles, which the panels show as well
     assert len(ours) > 100
     assert [name for name in ours if not any(text in page for text in told[name])] == []
+
+
+def test_a_script_reaches_every_setting_by_its_place_and_name(writer: ModuleType) -> None:
+    """The page had labels only; a script needs ``catalogue_name`` for Name and ``CATALOGUE`` for Named."""
+    import bpy
+
+    scene = bpy.context.scene.spectral
+    scene.palette.lights.add()
+    scene.palette.materials.add().cells.add()
+    scene.palette.materials[0].dyes.add()
+    for listed in (scene.dial.bulbs, scene.board.bindings, scene.sweep.parameters, scene.texture.wanted_colors):
+        listed.add()
+    material, volume = bpy.data.materials.new("m"), bpy.data.volumes.new("v")
+    material.spectral.dyes.add()
+    volume.spectral.materials.add()
+    found, owner = 0, None
+    for line in writer.page().partition("## Operators")[0].splitlines():
+        if line.startswith("In Python: "):
+            owner = eval(line.split("`")[1], {"bpy": bpy, "material": material, "volume": volume})
+        elif line.startswith("| ") and "| in Python |" not in line:
+            assert line.split(" | ")[1].strip("`") in owner.bl_rna.properties, line
+            found += 1
+    assert found > 150
+    material.spectral.source, material.spectral.catalogue_name = "CATALOGUE", "dark skin"

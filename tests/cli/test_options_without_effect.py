@@ -8,6 +8,8 @@ import importlib
 
 import pytest
 
+from spectral_core.cli import main
+
 SERVED, DRAWN = {"port", "workers"}, {"color", "by", "time", "weights", "norm"}
 OF_TEXTURES = {"daylight_share", "led_width"}
 CALLS: dict[str, list[tuple[str, set[str], set[str]]]] = {
@@ -55,3 +57,12 @@ def test_a_call_refuses_the_options_that_it_would_ignore(command: str) -> None:
     for words, ignored, read in CALLS[command]:
         refused = set(module.unused(parser.parse_args(words.split())))
         assert ignored <= refused and not read & refused, words
+
+
+def test_an_option_after_the_two_dashes_is_told_where_to_stand(capsys: pytest.CaptureFixture[str]) -> None:
+    """The message asked "did you mean --points?" about --points."""
+    with pytest.raises(SystemExit) as ended:
+        main(["lattice", "--", "--points", "4"])
+    error = capsys.readouterr().err
+    assert ended.value.code == 2
+    assert "'--points', '4'; write options before '--'" in error and "mean" not in error

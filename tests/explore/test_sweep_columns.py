@@ -173,3 +173,7 @@ def test_values_that_are_not_finite_are_named_after_the_run(tmp_path: Path, caps
     sweep.store.close()
     assert main(["sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out")]) == 0
     assert f"'ratio' has no finite value at {infinite} of 6 points" in capsys.readouterr().err
+    words = ["explore", str(tmp_path / "out"), "--derive", "inverse", "1 / (b - b)", "--derive", "fine", "b + 1"]
+    assert main([*words, "--no-thumbnails"]) == 0
+    error = capsys.readouterr().err
+    assert "'inverse' has no finite value at 6 of 6 points" in error and "'fine'" not in error

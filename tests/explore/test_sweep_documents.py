@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.sweep.designs import Design
-from spectral_core.explore.sweep.document import compute_node, sweep_of
+from spectral_core.explore.sweep.document import compute_node, read_sweep, sweep_of
 from spectral_core.explore.sweep.parameters import Parameter
 from spectral_core.explore.sweep.project import Project
 from spectral_core.explore.sweep.region import RegionOfInterest
@@ -157,3 +157,30 @@ def test_a_path_that_nothing_reads_is_refused(tmp_path: Path) -> None:
         sweep = sweep_of({"compute": compute, "parameters": tables}, tmp_path)
         with pytest.raises(InvalidInputError, match="path 'b', which kind = .* does not read"):
             compute_node(sweep.compute, sweep.space, tmp_path)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_sweep_file_is_read_in_the_encodings_of_all_documents(tmp_path: Path, encoding: str) -> None:
+    """Editors on Windows save with a mark of the encoding: a palette was read, a sweep was "not TOML"."""
+    text = '[compute]\nkind = "function"\nfunction = "a.py:f"\n[[parameters]]\nname = "é"\nlow = 0\nhigh = 1\n'
+    (tmp_path / "s.toml").write_text(text, encoding)
+    assert read_sweep(tmp_path / "s.toml").space.names == ("é",)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b'name = "caf\xe9"\n', "line 1: not UTF-8 text; save the file as UTF-8"),
+        (b"", "line 1: the file is empty"),
+        (b"a = " + b"[" * 5000, "nested"),
+        (b"x" + b".x" * 40000 + b" = 1\n", "dots"),
+        (b"[compute\n", "expected a sweep in TOML"),
+    ],
+)
+def test_a_sweep_file_that_is_none_is_refused_by_the_reader_of_all_documents(
+    tmp_path: Path, content: bytes, message: str
+) -> None:
+    (tmp_path / "s.toml").write_bytes(content)
+    with pytest.raises(FileFormatError, match=message) as refused:
+        read_sweep(tmp_path / "s.toml")
+    assert "s.toml" in str(refused.value)

@@ -30,6 +30,8 @@ class CommandParser(argparse.ArgumentParser):
 
     def refuse(self, words: Sequence[str]) -> NoReturn:
         """Name words that the command does not take, with the options that resemble them."""
+        if any(word.startswith("-") and word in self._option_string_actions for word in words):
+            self.error(f"not understood: {', '.join(map(repr, words))}; write options before '--'")
         known = [option for action in self._actions for option in action.option_strings]
         near = [each for word in words for each in difflib.get_close_matches(word.partition("=")[0], known, n=1)]
         hint = f"; did you mean {' or '.join(near)}?" if near else ""

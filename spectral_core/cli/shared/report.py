@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The JSON object that ``--json`` prints as the last line."""
+"""What several commands report alike: the JSON object that ``--json`` prints as the last line, and notes."""
 
 from __future__ import annotations
 

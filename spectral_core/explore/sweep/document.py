@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sweep as a TOML file: the compute node, the parameters, the region, the design, derived columns, a reference."""
+"""A sweep as a TOML or JSON file: the compute node, the parameters, the region, the design, derived columns, a reference."""
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from spectral_core.documents.document import read_document
 from spectral_core.errors import (
-    FileFormatError,
     InvalidInputError,
     MissingDependencyError,
     SpectralError,
@@ -21,10 +20,8 @@ from spectral_core.explore.sweep.designs import Design
 from spectral_core.explore.sweep.parameters import Parameter, Space, Value, require_column_name
 from spectral_core.explore.sweep.project import Project
 from spectral_core.explore.sweep.region import RegionOfInterest
-from spectral_core.files.guarded import no_file
 
 FORMAT, VERSION = "spectral-scene sweep", 1
-MAX_BYTES = 50_000_000
 NodeFactory = Callable[[dict[str, Any], Space, Path], Any]
 _EXTRA: dict[str, NodeFactory] = {}
 PICTURED = ("scene", "blend", "volume")
@@ -60,22 +57,8 @@ class SweepDocument:
 
 
 def read_sweep(path: str | Path) -> SweepDocument:
-    """The sweep of a TOML file. FileFormatError names the file and its error."""
-    path = Path(path)
-    try:
-        if not path.is_file():
-            raise InvalidInputError(no_file(path))
-        if path.stat().st_size > MAX_BYTES:
-            raise FileFormatError(f"{path} has {path.stat().st_size:,} bytes; at most {MAX_BYTES:,} are read")
-        plain = tomllib.loads(path.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise FileFormatError(f"{path} is not TOML: {error}") from error
-    try:
-        return sweep_of(plain, path.parent)
-    except FileFormatError:
-        raise
-    except InvalidInputError as error:
-        raise FileFormatError(f"{path}: {error}") from error
+    """The sweep of a TOML or JSON file. FileFormatError names the file and its error."""
+    return read_document(path, sweep_of, "a sweep")
 
 
 def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:

@@ -12,6 +12,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe import lamp as lamp_module
 from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
 from spectral_core.palette.recipe.material import Colorants, material_recipe
+from spectral_core.palette.recipe.missed import missed_requests
 from spectral_core.palette.recipe.white import LAMP_GRID, uv_from_xyz, white_xyz, xyz_from_spd
 from spectral_core.palette.texture.lights import led
 from spectral_core.spectra.catalogue import illuminant
@@ -127,6 +128,20 @@ def test_numbers_of_a_lamp_are_those_of_its_spectrum() -> None:
     np.testing.assert_allclose(percents, 100 * recipe.drives[recipe.drives > 0], atol=0.006)
     assert f"{recipe.cct_k:.0f} K, Duv {recipe.duv:+.5f}" in lines[-2]
     assert recipe.seconds >= 0
+
+
+def test_a_recipe_that_misses_requests_names_each_of_them_with_its_figures() -> None:
+    """The text was "not all requirements can be reached", also where the one that failed was a default."""
+    three = [CHANNELS[at] for at in (0, 2, 4)]  # three channels have one mix for a white
+    plain = lamp_recipe(three, 4000, quality=LampQuality(None))
+    ra, rf, rg = plain.rendering_index, plain.fidelity, plain.gamut
+    assert missed_requests(plain, LampQuality(ra - 1, rf - 1, (rg - 1, rg + 1))) == []
+    assert missed_requests(plain, LampQuality(min(ra + 9, 100), rf - 1, (0, rg - 2.5))) == [
+        f"Ra {ra:.1f} is below {min(ra + 9, 100):g}", f"Rg {rg:.1f} is above {rg - 2.5:g}",
+    ]  # fmt: skip
+    assert missed_requests(plain, LampQuality(None, rf + 4, (rg + 5, 200))) == [
+        f"Rf {rf:.1f} is below {rf + 4:g}", f"Rg {rg:.1f} is below {rg + 5:g}",
+    ]  # fmt: skip
 
 
 def test_an_index_that_is_just_short_counts_as_met(monkeypatch: pytest.MonkeyPatch) -> None:
