@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A sweep as a TOML or JSON file: the compute node, the parameters, the region, the design, derived columns, a reference."""
+"""A sweep as a TOML or JSON file: compute node, parameters, region, design, derived columns, reference."""
 
 from __future__ import annotations
 
