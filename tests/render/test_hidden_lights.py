@@ -19,6 +19,7 @@ from spectral_core.scene import (
     PointLight,
     Principled,
     Rays,
+    Subsurface,
     World,
     gray,
 )
@@ -53,6 +54,16 @@ def test_plastic_without_highlight_is_its_diffuse_part():
     assert without + gloss == pytest.approx(with_gloss, rel=0.01)
     matt = brightness(lit_plane(lamp, surface=Diffuse(Color([0.6, 0.2, 0.1]))))
     assert 0.8 * matt < without < matt and gloss > 0.2 * with_gloss
+
+
+@pytest.mark.parametrize("model", ["random_walk", "burley"])
+@pytest.mark.parametrize("radius", [0.0, 0.4])
+def test_light_leaves_a_surface_from_below_as_diffuse_light(model, radius):
+    lamp, skin = replace(LAMP, radius=radius), Subsurface(gray(0.6), (1.0, 1.0, 1.0), 0.05, model=model)
+    lit = brightness(lit_plane(lamp, surface=skin))
+    assert brightness(lit_plane(replace(lamp, hidden_from=Rays.DIFFUSE), surface=skin)) < 1e-3 * lit
+    others = Rays.TRANSMISSION | Rays.GLOSSY | Rays.VOLUME
+    assert brightness(lit_plane(replace(lamp, hidden_from=others), surface=skin)) == pytest.approx(lit, rel=0.03)
 
 
 def test_rays_of_plastic_have_the_type_of_the_part_that_scatters_them():

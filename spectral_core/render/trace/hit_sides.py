@@ -61,13 +61,16 @@ def sides_of(_self: Any, bsdf: Any, leaves: Any) -> tuple[Any, Any]:
     return both, kinds_of(bsdf, both) | dr.select(leaves, mi.UInt32(int(Rays.DIFFUSE)), 0)
 
 
-def kind_of(_self: Any, bsdf: Any, si: Any, wo: Any) -> Any:
-    """Type of ray of a direction from a surface: a mixture counts as diffuse on its own side."""
+def kind_of(_self: Any, bsdf: Any, si: Any, wo: Any, leaves: Any) -> Any:
+    """Type of ray of a direction from a surface: a mixture counts as diffuse on its own side.
+
+    ``leaves``: True for paths that come from below the surface, whose light leaves it as diffuse light.
+    """
     import drjit as dr
     import mitsuba as mi
 
-    same_side = si.wi.z * wo.z > 0.0
-    diffuse = mi.has_flag(bsdf.flags(), mi.BSDFFlags.DiffuseReflection)
+    same_side = (si.wi.z * wo.z > 0.0) | leaves
+    diffuse = mi.has_flag(bsdf.flags(), mi.BSDFFlags.DiffuseReflection) | leaves
     own = dr.select(diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
     return dr.select(same_side, own, int(Rays.TRANSMISSION))
 

@@ -250,7 +250,7 @@ def scene_path_class(variant: str) -> Any:
             self.asked = drawn.number
             wo = si.to_local(drawn.direction)
             # on a surface, only closures that see the light count; see ``lobes``
-            kind = dr.select(floats, int(Rays.VOLUME), dr.select(matt, self.kind_of(bsdf, si, wo), 0))
+            kind = dr.select(floats, int(Rays.VOLUME), dr.select(matt, self.kind_of(bsdf, si, wo, path.leaves), 0))
             wanted &= self.tables.lights_it(drawn.number, kind, path.depth, receiver)
             # reflecting lobes check the geometry themselves, with a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
