@@ -107,3 +107,11 @@ def test_the_status_of_cells_that_hold_in_black_alone_does_not_depend_on_the_ord
         solution = solve_palette(PaletteProblem(grid, tuple(lights[j] for j in columns), materials, moved))
         assert solution.status == "exact_conflict"
         assert "can be exact only in black" in solution.remedy
+
+
+def test_a_material_that_no_cell_wants_colored_may_be_black() -> None:
+    """Exact cells that black alone meets are no conflict where no request asks for a color."""
+    problem = constant_under("HP1", "D65").with_cells({(0, 0): Cell.free(), (1, 1): Cell.ignore()})
+    solution = solve_palette(problem, explain=False)
+    assert solution.status == "solved"
+    assert any("is black, which meets all its requests" in note for note in solution.notes)

@@ -77,8 +77,9 @@ def _decision(problem: Quadratic, answer: Answer, before: Decision | None) -> De
     found = Decision(problem, answer)
     if answer.check.passed and not answer.infeasible:
         is_black = _holds_in_black_alone(problem, answer, before)
-        if is_black:
-            return Decision(problem, _compromise(problem, answer, BLACK), is_black=True)
+        colored = _beside_black(problem, answer) if is_black else None
+        if colored is not None:
+            return Decision(problem, colored, is_black=True)
         # Multipliers without measure ask for zeros that no color shows.
         other = _in_the_dark(problem) if is_strained(problem, answer) else None
         return Decision(problem, better(problem, answer, other), is_black=is_black)
@@ -180,8 +181,11 @@ def _decided(problem: Quadratic, answer: Answer) -> Answer:
     if miss > HELD:
         return answer if answer.infeasible else _compromise(problem, answer)
     if forced_black(problem):
-        # Reported as a conflict: near black are the colors that were wanted, with small errors.
-        return answer if answer.infeasible else _compromise(problem, answer, BLACK)
+        if answer.infeasible:
+            return answer
+        colored = _beside_black(problem, answer)
+        if colored is not None:
+            return colored
     found = _on_the_rows(problem, point)
     if not found.check.passed:
         # Beside exact cells in black, all that is left to a row are rounding errors of it and of the program.
@@ -216,6 +220,15 @@ def _compromise(problem: Quadratic, answer: Answer, factor: float = 1.0) -> Answ
     )
     found = replace(Engine().solve(softened(replace(problem, blocks=blocks))), infeasible=True)
     return found if found.check.passed else answer
+
+
+def _beside_black(problem: Quadratic, answer: Answer) -> Answer | None:
+    """The compromise where exact cells hold in black alone, which is reported as a conflict: near black are the colors
+    that were wanted, with small errors. None if no cell wants a color, so that it is black as well.
+    """
+    found = _compromise(problem, answer, BLACK)
+    is_colored = worst_miss(problem, problem.joined(found.colors, found.values)) > HELD
+    return found if is_colored and found.check.passed else None
 
 
 def _on_the_rows(problem: Quadratic, point: Array) -> Answer:
