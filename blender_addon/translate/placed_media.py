@@ -15,7 +15,7 @@ from spectral_core.scene.geometry import BORDER_MARGIN, VOLUME_BOX, box_of, inde
 
 from .shading.attributes import PREFIX, object_attributes, object_info
 from .shading.materials import TranslatedMaterial
-from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box
+from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box, medium_of_grids
 from .shading.media.shaders import GRID
 from .viewport.kept import kept_or_made
 from .volumes import GridFile, Lattice
@@ -45,11 +45,7 @@ def in_mesh(
     def make() -> TranslatedMaterial:
         assert item.filling is not None
         medium, error = medium_in_box(item.filling, corners, placed)
-        if error > TOO_COARSE:
-            found.translation.note(
-                obj.name,
-                f"its volume varies more finely than the grid that it is rendered with; {100 * error:.0f} % is lost",
-            )
+        _note_loss(found, obj, error)
         return _specific(item, name, medium)
 
     made: TranslatedMaterial = _kept(
@@ -69,7 +65,12 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
     scale = _density_scale(obj.data, world_from_object)
 
     def make() -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
-        return _filled(item, file.lattice(), placed, scale, material)
+        lattice = file.lattice()
+        for words in lattice.differences:
+            found.translation.note(obj.name, words)
+        filled, error = _filled(item, lattice, placed, scale, material)
+        _note_loss(found, obj, error)
+        return filled
 
     state = (world_from_object.tobytes(), *_facts(item, placed), file, scale, material)
     made = _kept(found, obj, instance, "medium of a volume", state, make)
@@ -86,23 +87,32 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
 
 def _filled(
     item: TranslatedMaterial, lattice: Lattice, placed: Region, scale: float, name: str
-) -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
-    """The box around a lattice in object space, and the material with its medium; None for empty space."""
+) -> tuple[tuple[NDArray[np.float64], TranslatedMaterial] | None, float]:
+    """The box around a lattice in object space, and the material with its medium; None for empty space. Beside it the
+    error of interpolation between voxels.
+    """
     object_box = lattice.object_from_index @ index_box(lattice.shape)
     corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
     half = np.abs(np.ptp(corners, axis=0)) / 2
-    world_from_index = placed.world_from_object @ lattice.object_from_index
     region = replace(
-        placed, shape=lattice.shape, world_from_index=world_from_index, grids=lattice.grids,
-        center=corners.mean(axis=0), half=np.where(half == 0, 1.0, half),
+        placed, shape=lattice.shape, world_from_index=placed.world_from_object @ lattice.object_from_index,
+        grids=lattice.grids, center=corners.mean(axis=0), half=np.where(half == 0, 1.0, half),
     )  # fmt: skip
     assert item.filling is not None
-    medium = item.filling.inside(region.at_voxels, lattice.shape, world_from_index)
+    medium, shape, parts, error = medium_of_grids(item.filling, region)
     if medium is None:
-        return None
+        return None, error
     medium = replace(medium, density=medium.density * scale, emission_strength=medium.emission_strength * scale)
-    border = lattice.object_from_index @ index_box(lattice.shape, BORDER_MARGIN)
-    return border, _specific(replace(item, material=replace(item.material, surface=None)), name, medium)
+    object_from_index = lattice.object_from_index @ np.diag([*(1.0 / parts,) * 3, 1.0])
+    border = object_from_index @ index_box(shape, BORDER_MARGIN)
+    return (border, _specific(replace(item, material=replace(item.material, surface=None)), name, medium)), error
+
+
+def _note_loss(found: Collected, obj: Any, error: float) -> None:
+    """Name a volume that varies more finely than its grid."""
+    if error > TOO_COARSE:
+        words = f"its volume varies more finely than the grid that it is rendered with; {100 * error:.0f} % is lost"
+        found.translation.note(obj.name, words)
 
 
 def _kept(found: Collected, obj: Any, instance: Any, kind: str, state: tuple[Any, ...], make: Callable[[], Any]) -> Any:

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError, SpectralError
 from spectral_core.files.names import file_words
@@ -26,24 +25,13 @@ from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.formats.openvdb_format import require_whole
 
 from .context import makers_of, whole
+from .shading.media.voxels import Lattice, lattice_of
 from .visibility import cycles_settings
 from .volume_looks import transfer as volume_looks
 from .volume_looks.look import look_of
 
 if TYPE_CHECKING:
     from .objects import Collected
-
-MOST_VOXELS = 1 << 28
-"""Voxels of a Volume object that are rendered by its material; larger ones are refused."""
-
-
-@dataclass(frozen=True, eq=False)
-class Lattice:
-    """Grids of a Volume object at common voxels, (n,) or (n, 3) by name; ``object_from_index``: to voxel centers."""
-
-    shape: tuple[int, int, int]
-    object_from_index: NDArray[np.float64]
-    grids: dict[str, NDArray[Any]]
 
 
 def has_transfer(data: Any) -> bool:
@@ -136,83 +124,16 @@ class GridFile:
         return cls(path, tuple(names), state.st_mtime_ns, state.st_size, saved)
 
     def lattice(self) -> Lattice:
-        """Its grids by name on the voxels of the first one; missing ones are left out.
+        """Its grids by name on the voxels of the finest one; missing ones are left out.
 
         One voxel of nothing surrounds them, because they fade out over it. Raises InvalidInputError.
         """
         try:
-            return _lattice(self.path, self.names, self.modified, self.size)
+            return lattice_of(self.path, self.names, self.modified, self.size)
         except OSError as error:
             raise InvalidInputError(f"the file {self.path} cannot be opened ({error.strerror})") from error
         except SpectralError as error:
             raise InvalidInputError(str(error)) from error
-
-
-@lru_cache(maxsize=2)
-def _lattice(path: Path, names: tuple[str, ...], _modified: int, _size: int) -> Lattice:
-    from spectral_core.volume.files.vdb.read import grid_names
-
-    held = grid_names(path)
-    wanted = [name for name in names if name in held]
-    if not wanted:
-        reads = f"reads {', '.join(map(repr, names))}" if names else "reads no grid"
-        raise InvalidInputError(
-            f"the shader {reads}, and {path.name} holds {', '.join(map(repr, held))}: nothing is seen; "
-            "name one of these grids in the shader"
-        )
-    found = {name: _grid(path, name) for name in wanted}
-    first = found[wanted[0]][0]
-    low, high = np.zeros(3), np.array(first.shape) - 1.0
-    for parts in found.values():
-        corners = _corners(parts[0], first)
-        low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
-    low, high = np.floor(low + 1e-3) - 1, np.ceil(high - 1e-3) + 1
-    shape = tuple(int(n) for n in high - low + 1)
-    if np.prod(shape, dtype=float) > MOST_VOXELS:
-        sizes = "×".join(map(str, shape))
-        raise InvalidInputError(f"{path.name} has {sizes} voxels; at most {MOST_VOXELS:,} are rendered: resample it")
-    matrix = first.world_from_index.copy()
-    matrix[:3, 3] += matrix[:3, :3] @ low
-    grids = {name: _on_lattice(parts, (shape[0], shape[1], shape[2]), matrix) for name, parts in found.items()}
-    return Lattice((shape[0], shape[1], shape[2]), matrix, grids)
-
-
-def _grid(path: Path, name: str) -> list[ScalarVolume]:
-    """The components of a grid: one, or three of a vector."""
-    from spectral_core.volume.files import read_volume
-
-    try:
-        return [read_volume(path, field=name)]
-    except InvalidInputError:
-        return [read_volume(path, field=name, component=k) for k in range(3)]
-
-
-def _corners(volume: ScalarVolume, first: ScalarVolume) -> NDArray[np.float64]:
-    """The corners of a volume in the voxels of another."""
-    ends = np.array(np.meshgrid(*((0.0, n - 1.0) for n in volume.shape))).reshape(3, 8).T
-    matrix = np.linalg.inv(first.world_from_index) @ volume.world_from_index
-    return np.asarray(ends @ matrix[:3, :3].T + matrix[:3, 3])
-
-
-def _on_lattice(
-    parts: list[ScalarVolume], shape: tuple[int, int, int], object_from_index: NDArray[np.float64]
-) -> NDArray[Any]:
-    """Values of a grid at the voxels of a lattice, 0 outside of it."""
-    from scipy.ndimage import affine_transform
-
-    columns = []
-    for part in parts:
-        matrix = np.linalg.inv(part.world_from_index) @ object_from_index
-        offset = np.round(matrix[:3, 3])
-        data = np.asarray(part.data, np.float32)
-        if np.allclose(matrix[:3, :3], np.eye(3), atol=1e-5) and np.allclose(matrix[:3, 3], offset, atol=1e-3):
-            placed = np.zeros(shape, np.float32)
-            start = (-offset).astype(int)
-            placed[tuple(slice(s, s + n) for s, n in zip(start, data.shape, strict=True))] = data
-        else:
-            placed = affine_transform(data, matrix, output_shape=shape, order=1, mode="constant", cval=0.0)
-        columns.append(placed.ravel())
-    return columns[0] if len(columns) == 1 else np.stack(columns, axis=1)
 
 
 def file_of(data: Any) -> Path:

@@ -65,6 +65,21 @@ def read_grid(path: Path, name: str) -> PlainGrid:
     raise FileFormatError(f"{path.name} has no grid {name!r}")
 
 
+def background_of(path: Path, name: str) -> NDArray[Any]:
+    """What a grid holds where it has no voxels: one number, or three of a vector. Raises FileFormatError."""
+    try:
+        with path.open("rb") as stream:
+            for held, kind, start, _ in descriptors(stream, path):
+                if held == name:
+                    stream.seek(start)
+                    reader = GridReader(stream, path, kind)
+                    reader.heading()
+                    return np.atleast_1d(reader.background)
+    except (struct.error, ValueError, KeyError) as error:
+        raise FileFormatError(f"{path.name} is truncated or invalid: {error}") from error
+    raise FileFormatError(f"{path.name} has no grid {name!r}")
+
+
 def descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]:
     """(name, tree type, start, end) of each grid."""
     size = path.stat().st_size
@@ -107,17 +122,22 @@ class GridReader:
         # The mark is also on grids of integers, which OpenVDB stores whole.
         self.stored = np.dtype("<f2") if tree.endswith("_HalfFloat") and self.dtype.kind == "f" else self.dtype
 
-    def grid(self, name: str) -> PlainGrid:
+    def heading(self) -> tuple[dict[str, Any], NDArray[np.float64]]:
+        """Read metadata, transform and background."""
         self.flags = read_word(self.stream)
+        metadata = read_metadata(self.stream)
+        matrix = transform_of(self.stream, self.path)
+        read_word(self.stream)  # buffers per leaf: one
+        self.background = self._numbers(1)[0]
+        return metadata, matrix
+
+    def grid(self, name: str) -> PlainGrid:
+        metadata, matrix = self.heading()
         if self.flags & BLOSC:
             raise MissingDependencyError(
                 f"{self.path.name} is packed with Blosc, which needs OpenVDB's own Python module: open it in a Blender "
                 "from blender.org, or save it without Blosc"
             )
-        metadata = read_metadata(self.stream)
-        matrix = transform_of(self.stream, self.path)
-        read_word(self.stream)  # buffers per leaf: one
-        self.background = self._numbers(1)[0]
         tiles, children = struct.unpack("<II", self.take(8))
         for _ in range(tiles):
             corner, value = self.corners(self.take(12))[0], self._numbers(1)
