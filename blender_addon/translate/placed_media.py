@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +15,11 @@ from spectral_core.scene.geometry import BORDER_MARGIN, VOLUME_BOX, box_of, inde
 
 from .shading.attributes import PREFIX, object_attributes, object_info
 from .shading.materials import TranslatedMaterial
-from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box
+from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box, medium_of_grids
 from .shading.media.shaders import GRID
 from .viewport.kept import kept_or_made
 from .volumes import GridFile
 
-CUT = "its shader gives a volume where the grids have no voxels; it ends one voxel beyond them, unlike in Cycles"
 FAINT = 1e-3
 """Share of the densest part of a medium below which its end cannot be seen."""
 
@@ -51,11 +50,7 @@ def in_mesh(
     def make() -> TranslatedMaterial:
         assert item.filling is not None
         medium, error = medium_in_box(item.filling, corners, placed)
-        if error > TOO_COARSE:
-            found.translation.note(
-                obj.name,
-                f"its volume varies more finely than the grid that it is rendered with; {100 * error:.0f} % is lost",
-            )
+        _note_loss(found, obj, error)
         return _specific(item, name, medium)
 
     made: TranslatedMaterial = _kept(
@@ -76,11 +71,10 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
 
     def make() -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
         voxels = file.grids()
-        for grid in voxels.resampled:
-            found.translation.note(obj.name, f"its grid {grid!r} is finer than the voxels that fit; it was resampled")
-        filled = _filled(item, voxels, placed, scale, material)
-        if filled is not None and _is_cut(filled[1].material.medium):
-            found.translation.note(obj.name, CUT)
+        filled, error = _filled(item, voxels, placed, scale, material)
+        _note_loss(found, obj, error)
+        for words in _differences(voxels, None if filled is None else filled[1].material.medium):
+            found.translation.note(obj.name, words)
         return filled
 
     state = (world_from_object.tobytes(), *_facts(item, placed), file, scale, material)
@@ -96,33 +90,49 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
     )  # fmt: skip
 
 
+def _differences(voxels: CommonVoxels, medium: ScatteringMedium | None) -> Iterator[str]:
+    """What is rendered with less detail than the grids have, or in another way than in Cycles, in words."""
+    for name in voxels.resampled:
+        yield f"its grid {name!r} is finer than the voxels that fit; it was resampled"
+    for name in voxels.mirrored:
+        yield (
+            f"the transform of its grid {name!r} is mirrored: Cycles shows nothing of it, here it is seen; mirror the "
+            "object, not the grid"
+        )
+    given = () if medium is None or medium.grid is None else medium.grid.given
+    faces = (np.take(values, end, axis=axis) for values in given for axis in range(3) for end in (0, -1))
+    if any(values.max() > FAINT for values in faces):
+        yield "its shader gives a volume where the grids have no voxels: it ends a voxel beyond them, unlike in Cycles"
+
+
 def _filled(
     item: TranslatedMaterial, voxels: CommonVoxels, placed: Region, scale: float, name: str
-) -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
-    """The box around the voxels in object space, and the material with its medium; None for empty space."""
+) -> tuple[tuple[NDArray[np.float64], TranslatedMaterial] | None, float]:
+    """The box around the voxels in object space, and the material with its medium; None for empty space. Beside it the
+    error of interpolation between voxels.
+    """
     object_box = voxels.world_from_index @ index_box(voxels.shape)
     corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
     half = np.abs(np.ptp(corners, axis=0)) / 2
-    world_from_index = placed.world_from_object @ voxels.world_from_index
     region = replace(
-        placed, shape=voxels.shape, world_from_index=world_from_index, grids=voxels.grids,
-        center=corners.mean(axis=0), half=np.where(half == 0, 1.0, half),
+        placed, shape=voxels.shape, world_from_index=placed.world_from_object @ voxels.world_from_index,
+        grids=voxels.grids, center=corners.mean(axis=0), half=np.where(half == 0, 1.0, half),
     )  # fmt: skip
     assert item.filling is not None
-    medium = item.filling.inside(region.at_voxels, voxels.shape, world_from_index)
+    medium, shape, parts, error = medium_of_grids(item.filling, region)
     if medium is None:
-        return None
+        return None, error
     medium = replace(medium, density=medium.density * scale, emission_strength=medium.emission_strength * scale)
-    border = voxels.world_from_index @ index_box(voxels.shape, BORDER_MARGIN)
-    return border, _specific(replace(item, material=replace(item.material, surface=None)), name, medium)
+    object_from_index = voxels.world_from_index @ np.diag([*(1.0 / parts,) * 3, 1.0])
+    border = object_from_index @ index_box(shape, BORDER_MARGIN)
+    return (border, _specific(replace(item, material=replace(item.material, surface=None)), name, medium)), error
 
 
-def _is_cut(medium: ScatteringMedium | None) -> bool:
-    """True if a medium is not 0 at the faces of its grid."""
-    given = () if medium is None or medium.grid is None else medium.grid.given
-    return any(
-        np.take(values, end, axis=axis).max() > FAINT for values in given for axis in range(3) for end in (0, -1)
-    )
+def _note_loss(found: Collected, obj: Any, error: float) -> None:
+    """Name a volume that varies more finely than its grid."""
+    if error > TOO_COARSE:
+        words = f"its volume varies more finely than the grid that it is rendered with; {100 * error:.0f} % is lost"
+        found.translation.note(obj.name, words)
 
 
 def _kept(found: Collected, obj: Any, instance: Any, kind: str, state: tuple[Any, ...], make: Callable[[], Any]) -> Any:

@@ -90,7 +90,7 @@ def test_grids_that_are_turned_against_each_other(tmp_path):
 def test_a_coarser_grid_serves_where_the_finest_voxels_are_too_many(tmp_path, monkeypatch):
     path = tmp_path / "two.vdb"
     openvdb.write(str(path), grids=[grid("coarse", (6, 6, 6), size=4.0), grid("fine", (2, 2, 2))])
-    monkeypatch.setattr(together, "MOST_VOXELS", 1000)
+    monkeypatch.setattr(together, "MOST_RESAMPLED", 1000)
     assert grids_together(path, ["coarse", "fine"]).resampled == ("fine",)
     monkeypatch.setattr(together, "MOST_VOXELS", 100)
     with pytest.raises(InvalidInputError, match="at most 100 are rendered"):

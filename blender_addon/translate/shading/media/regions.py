@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,8 @@ PROBES = 4096
 NAMED = ("attribute:", "attribute_factor:")
 """Beginnings of the names of grids that nodes read; a missing grid is 0."""
 CHUNK = 1 << 18
+FINER, MOST_FINER = (1, 2, 4, 8), 1 << 22
+"""Parts of a voxel of a Volume object along each axis where its shader is not linear, and most voxels so divided."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +61,20 @@ class Region:
         return np.concatenate(parts)
 
     def at(self, program: Program, index: Array) -> Array:
-        """Values of a program at positions (n, 3) in voxels; grids do not take part."""
-        return self._values(program, index, {})
+        """Values of a program at positions (n, 3) in voxels, between which the grids are linear."""
+        grids = {name: _between(values, self.shape, index) for name, values in self.grids.items()}
+        return self._values(program, index, grids)
+
+    def divided(self, parts: int) -> Region:
+        """The same region, each voxel divided along each axis: the outermost centers stay in their places."""
+        if parts == 1:
+            return self
+        shape = tuple((n - 1) * parts + 1 for n in self.shape)
+        matrix = self.world_from_index @ np.diag([*(1.0 / parts,) * 3, 1.0])
+        made = replace(self, shape=(shape[0], shape[1], shape[2]), world_from_index=matrix, grids={})
+        index = np.stack(np.unravel_index(np.arange(np.prod(shape)), shape), axis=1) / parts
+        grids = {name: _between(values, self.shape, index).astype(np.float32) for name, values in self.grids.items()}
+        return replace(made, grids=grids)
 
     def _values(self, program: Program, index: Array, grids: Mapping[str, Array]) -> Array:
         world = _moved(self.world_from_index, index)
@@ -106,6 +120,15 @@ def _moved(matrix: NDArray[np.float64], points: Array) -> Array:
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
 
 
+def _between(values: Array, shape: tuple[int, int, int], index: Array) -> Array:
+    """Values (n,) or (n, k) of voxels at positions between them, (m,) or (m, k)."""
+    from scipy.ndimage import map_coordinates
+
+    flat = np.nan_to_num(values).reshape(*shape, -1)
+    read = [map_coordinates(flat[..., k], index.T, order=1, mode="nearest") for k in range(flat.shape[-1])]
+    return np.asarray(np.stack(read, axis=1) if values.ndim == 2 else read[0])
+
+
 def depends_on_place(filling: Filling) -> bool:
     """True if a shader's values in a mesh, which has no grids, differ between points."""
     same = ("object_", "ray:", GRID, *NAMED)
@@ -136,6 +159,43 @@ def medium_in_box(
     return found, error
 
 
+def medium_of_grids(
+    filling: Filling, region: Region, seed: int = 0
+) -> tuple[ScatteringMedium | None, tuple[int, int, int], int, float]:
+    """The medium of a Volume object, the size of its grid, parts of a voxel, and its error of interpolation.
+
+    The grids are linear between the voxels. Where the shader is not, as a threshold or a blackbody, or where it has a
+    pattern of its own, the voxels are divided.
+    """
+    rng = np.random.default_rng(seed)
+    for parts in FINER:
+        finer = region.divided(parts)
+        values = {program: finer.at_voxels(program) for program in filling.programs_of}
+        error = max(_lost(region, finer, parts, program, values[program], rng) for program in filling.programs_of)
+        if error <= COARSE or parts == FINER[-1] or np.prod(finer.shape, dtype=float) * 8 > MOST_FINER:
+            break
+    medium = filling.inside(values.__getitem__, finer.shape, finer.world_from_index)
+    return medium, finer.shape, parts, error
+
+
+def _lost(
+    region: Region, finer: Region, parts: int, program: Program, values: Array, rng: np.random.Generator
+) -> float:
+    """Mean error of linear interpolation between voxels, over the mean value, at random points where grids are not
+    0.
+    """
+    filled = np.zeros(int(np.prod(region.shape)), bool)
+    for grid in region.grids.values():
+        filled |= (grid != 0) if grid.ndim == 1 else (grid != 0).any(axis=1)
+    chosen = rng.choice(np.flatnonzero(filled) if filled.any() else len(filled), PROBES)
+    place = np.stack(np.unravel_index(chosen, region.shape), axis=1) + rng.uniform(-1.0, 1.0, (PROBES, 3))
+    place = np.clip(place, 0, np.array(region.shape) - 1.0)
+    exact = np.maximum(np.nan_to_num(region.at(program, place)).reshape(PROBES, -1), 0.0)
+    read = np.maximum(values, 0.0).reshape(len(values), -1)
+    size = float(exact.mean())
+    return float(np.abs(_between(read, finer.shape, place * parts) - exact).mean() / size) if size > 0 else 0.0
+
+
 def _resized(placed: Region, box: NDArray[np.float64], shape: tuple[int, int, int]) -> Region:
     """The region with voxels that fill a box in object space."""
     edge = np.maximum(box[1] - box[0], 1e-12) / shape
@@ -150,11 +210,8 @@ def _resized(placed: Region, box: NDArray[np.float64], shape: tuple[int, int, in
 
 def _error(region: Region, program: Program, values: Array, rng: np.random.Generator) -> float:
     """Error of linear interpolation between voxels at random points: root mean square over the mean value."""
-    from scipy.ndimage import map_coordinates
-
     place = rng.random((PROBES, 3)) * (np.array(region.shape) - 1)
     exact = np.nan_to_num(region.at(program, place)).reshape(PROBES, -1)
-    flat = np.nan_to_num(values).reshape(*region.shape, -1)
-    read = [map_coordinates(flat[..., k], place.T, order=1, mode="nearest") for k in range(flat.shape[-1])]
+    read = _between(values.reshape(len(values), -1), region.shape, place)
     size = float(np.abs(exact).mean())
-    return float(np.sqrt(np.mean((np.stack(read, axis=1) - exact) ** 2)) / size) if size > 0 else 0.0
+    return float(np.sqrt(np.mean((read - exact) ** 2)) / size) if size > 0 else 0.0

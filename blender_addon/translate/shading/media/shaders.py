@@ -101,7 +101,7 @@ def _times_grid(reader: Reader, source: Output, name: str, default: str, value: 
     grid = str(source.value(name, default) or "")
     if not grid:
         return value
-    found = reader.emit("component", reader.point(f"{GRID}{grid}"), settings=(0,))
+    found = reader.point(f"{GRID}{grid}").as_number()  # of a vector the mean, as in Cycles
     found = reader.emit("math", found, 0.0, 0.0, settings=("MAXIMUM",))
     return reader.emit("math", value, found, 0.0, settings=("MULTIPLY",))
 

@@ -16,6 +16,8 @@ from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files import read_volume
 from spectral_core.volume.files.vdb.read import grid_background, grid_names
 
+MOST_RESAMPLED = 1 << 24
+"""Common voxels onto which coarser grids are resampled; beyond these the voxels of the first grid serve."""
 MOST_VOXELS = 1 << 28
 """Common voxels that are made; more are refused."""
 ALIKE = 1.001
@@ -26,13 +28,15 @@ ALIKE = 1.001
 class CommonVoxels:
     """Grids by name, (n,) or (n, 3) with z fastest, at the same voxels; ``world_from_index`` (4, 4): to their centers.
 
-    ``resampled``: names of the grids whose own voxels are finer, so that details are lost.
+    ``resampled``: names of the grids whose own voxels are finer, so that details are lost. ``mirrored``: names of the
+    grids whose transforms mirror.
     """
 
     shape: tuple[int, int, int]
     world_from_index: NDArray[np.float64]
     grids: dict[str, NDArray[Any]]
     resampled: tuple[str, ...] = ()
+    mirrored: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,16 +48,16 @@ class _Grid:
 
     @property
     def voxel(self) -> float:
-        """Volume of a voxel."""
-        return abs(float(np.linalg.det(self.parts[0].world_from_index[:3, :3])))
+        """Volume of a voxel, below 0 where the transform mirrors."""
+        return float(np.linalg.det(self.parts[0].world_from_index[:3, :3]))
 
 
 def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
     """The grids of ``names`` that a file holds, on the voxels of the finest one, the first of several.
 
     One voxel more surrounds the box of each grid, because it fades out over it. A grid has its background value where
-    it has no voxels, as in OpenVDB. If the finest voxels are more than ``MOST_VOXELS``, those of a coarser grid are
-    used. Raises InvalidInputError if the file holds none of the grids, or if all have too many voxels; FileFormatError
+    it has no voxels, as in OpenVDB. If the finest voxels are more than ``MOST_RESAMPLED``, those of a coarser grid are
+    used. Raises InvalidInputError if the file holds none of the grids, or if there are too many voxels; FileFormatError
     and OSError as ``read_volume``.
     """
     names, held = list(names), grid_names(path)
@@ -65,18 +69,19 @@ def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
             "name one of these grids in the shader"
         )
     found = {name: _read(path, name) for name in wanted}
-    shape, matrix = (0, 0, 0), np.eye(4)
     # of grids that are as fine as each other, the sort keeps the first one first
-    for base in sorted(found.values(), key=lambda grid: float(f"{grid.voxel:.4g}")):
-        shape, matrix = _region(base.parts[0], list(found.values()))
-        if np.prod(shape, dtype=float) <= MOST_VOXELS:
+    by_size = sorted(found.values(), key=lambda grid: float(f"{abs(grid.voxel):.4g}"))
+    for base in (*by_size, found[wanted[0]]):
+        shape, matrix = _region(base.parts[0], by_size)
+        if np.prod(shape, dtype=float) <= MOST_RESAMPLED:
             break
-    else:
+    if np.prod(shape, dtype=float) > MOST_VOXELS:
         sizes = "×".join(map(str, shape))
         raise InvalidInputError(f"{path.name} has {sizes} voxels; at most {MOST_VOXELS:,} are rendered: resample it")
     placed = {name: _placed(grid, shape, matrix) for name, grid in found.items()}
-    finer = tuple(name for name, grid in found.items() if grid.voxel * ALIKE < base.voxel)
-    return CommonVoxels(shape, matrix, placed, finer)
+    finer = tuple(name for name, grid in found.items() if abs(grid.voxel) * ALIKE < abs(base.voxel))
+    mirrored = tuple(name for name, grid in found.items() if grid.voxel < 0)
+    return CommonVoxels(shape, matrix, placed, finer, mirrored)
 
 
 def _read(path: Path, name: str) -> _Grid:
