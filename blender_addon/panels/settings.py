@@ -10,13 +10,12 @@ from typing import Any
 import bpy
 from bpy.types import Context, UILayout
 
+from ..translate.objects import UNSEEN
 from .shared import ENGINE
 
 RAYS = ("camera", "diffuse", "glossy", "transmission", "volume_scatter", "shadow")
 WORLD_RAYS = {"camera": "Camera", "diffuse": "Diffuse", "glossy": "Glossy", "transmission": "Transmission",
               "scatter": "Volume Scatter"}  # fmt: skip
-UNSEEN = ("EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
-"""Types of objects that no ray meets."""
 
 
 class _Settings:

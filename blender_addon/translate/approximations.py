@@ -146,14 +146,19 @@ def _note_emission_with_shadow_links(translation: Translation, scene: Scene, emi
 
 def _adds_metals(surface: Surface | None) -> bool:
     """True if one sum of a surface has metals on both sides."""
-    stack = [surface]
-    while stack:
-        item = stack.pop()
-        if isinstance(item, (AddSurface, MixSurface)):
-            sides = [any(isinstance(leaf, Metal) for leaf in leaves(side)) for side in (item.first, item.second)]
+    has_metal: dict[int, bool] = {}
+    stack = [(surface, False)]
+    while stack:  # each node after its sides: a tree may be thousands of mixes deep
+        item, are_sides_known = stack.pop()
+        if not isinstance(item, (AddSurface, MixSurface)):
+            has_metal[id(item)] = isinstance(item, Metal)
+        elif are_sides_known:
+            sides = has_metal[id(item.first)], has_metal[id(item.second)]
             if isinstance(item, AddSurface) and all(sides):
                 return True
-            stack += [item.first, item.second]
+            has_metal[id(item)] = any(sides)
+        else:
+            stack += [(item, True), (item.first, False), (item.second, False)]
     return False
 
 

@@ -35,6 +35,7 @@ AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces Blender lists as a separate mesh instance."""
 LEFT_OUT = dict.fromkeys(("GPENCIL", "GREASEPENCIL"), "grease pencil is not rendered")
 UNSEEN = ("EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
+"""Types of objects that no ray meets."""
 
 
 @dataclass

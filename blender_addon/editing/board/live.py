@@ -16,13 +16,12 @@ from spectral_core.errors import InvalidInputError, SpectralError
 
 from ...properties import hooks
 from ...properties.hooks import Topic
-from ..deferred import open_scene
+from ..deferred import RENDER_SECONDS, open_scene
 
 if TYPE_CHECKING:
     from spectral_core.explore.board import Board, Change
 
 TICK_SECONDS = 1 / 60
-RENDER_SECONDS = 0.5
 
 
 @dataclass

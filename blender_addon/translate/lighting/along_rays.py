@@ -15,8 +15,6 @@ CHUNK = 1 << 18
 """Directions that are computed together."""
 DIRECTION, OPPOSITE = ("position", "generated"), ("normal", "true_normal", "incoming")
 """What a world's nodes read of a ray: its direction, and the opposite one."""
-NEEDS_SURFACE = frozenset(("occlusion", "bevel"))
-"""Operations that send rays from a surface."""
 
 
 def along_rays(program: Program, look: Look) -> Program:

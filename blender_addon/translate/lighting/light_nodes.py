@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import Color, Computed, Falloff, Paint, Photometry
+from spectral_core.scene.lights import EVEN
 from spectral_core.spectra.catalogue import PLANCK, blackbody
 from spectral_core.spectra.observer import sum_of_lights
 from spectral_core.spectra.spectrum import Spectrum
@@ -22,8 +23,6 @@ from ..shading.tree import Input, Output, linked, surface_output
 from .lamp_reader import LampReader
 from .light_inputs import BROKEN, FALLOFF_POWERS, color_of_own_spectrum, luminaire_of
 
-EVEN = Falloff()
-"""The physical falloff: the inverse square alone."""
 WHITE, BLACK = Color(np.ones(3)), Color(np.zeros(3))
 
 

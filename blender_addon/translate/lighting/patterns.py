@@ -13,14 +13,14 @@ import numpy as np
 
 from spectral_core.render.same import equal
 from spectral_core.scene import Color, Computed, DrawnPattern, Note, SunLight
-from spectral_core.scene.shading import Program
+from spectral_core.scene.shading import SENDS_RAYS, Program
 
 from ..camera import translate_film
 from ..context import Translation
 from ..shading.reader import Reader
 from ..shading.texture_nodes import is_moved_by_panel
 from ..shading.tree import Input, Output, linked
-from .along_rays import NEEDS_SURFACE, along_rays, color
+from .along_rays import along_rays, color
 from .backgrounds import Term, depends_on_ray_type, directions_of, environment_of, note_ray_type, ray_types_of
 from .directions import Array, Look, shining
 from .fineness import MOST_DIFFERENCE, SHARP_DIFFERENCE, difference, everywhere, in_frame
@@ -184,7 +184,7 @@ def _drawn(reader: Reader, program: Program, rows: int, judged: list[Array]) -> 
     far = [difference(partial(color, program), along, rows) for along in judged]
     if max(far) <= SHARP_DIFFERENCE:
         return _term(reader.owner, _grid(program, rows, 1))
-    if not NEEDS_SURFACE & operations:
+    if not SENDS_RAYS & operations:
         # single directions of its pixels are not typical of a fine pattern
         found = _grid(program, rows // 2, FINE_SAMPLES) if far[0] > MOST_DIFFERENCE else _grid(program, rows, 1)
         return _term(reader.owner, found, program)

@@ -35,7 +35,7 @@ from .carried.dyes import with_dyes
 from .carried.spectrum import covers_texture, has_main_color, with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
-from .tree import Input, linked, surface_output
+from .tree import Input, linked, searched_once, surface_output
 
 NO_MATERIAL = Material("No material", Diffuse(gray(0.8)) if compat.is_before_5_0() else Principled(gray(0.8)))
 """Material of an object without one, as in Cycles."""
@@ -73,7 +73,8 @@ def translate_material(translation: Translation, material: Any) -> TranslatedMat
     before = sys.getrecursionlimit()
     sys.setrecursionlimit(max(before, MOST_FRAMES))
     try:
-        return _translate(translation, material)
+        with searched_once():
+            return _translate(translation, material)
     finally:
         sys.setrecursionlimit(before)
 

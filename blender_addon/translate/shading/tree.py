@@ -3,11 +3,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any
 
 MOST_HOPS = 1000
 """Longer chains are not followed: only a broken file contains one."""
+_searched: ContextVar[dict[int, dict[int, Any]] | None] = ContextVar("_searched", default=None)
+"""Within ``searched_once``: the effective link of each linked input, by pointers of its tree and of the socket.
+
+Icons are read on another thread, which has a value of its own.
+"""
+
+
+@contextmanager
+def searched_once() -> Iterator[None]:
+    """Within it each tree is searched for its links once, so nothing may change a tree.
+
+    Blender's ``socket.links`` compares a socket with all links of its tree, which makes long trees quadratic.
+    """
+    token = _searched.set({})
+    try:
+        yield
+    finally:
+        _searched.reset(token)
 
 
 @dataclass(frozen=True)
@@ -92,7 +113,16 @@ def _link(socket: Any) -> Any:
     """The effective link: an input has at most one, unless it is muted or broken."""
     if not socket.is_linked:
         return None
-    return next((link for link in socket.links if not link.is_muted and link.is_valid), None)
+    trees = _searched.get()
+    if trees is None:
+        return next((link for link in socket.links if not link.is_muted and link.is_valid), None)
+    tree = socket.id_data
+    if (found := trees.get(tree.as_pointer())) is None:
+        found = trees[tree.as_pointer()] = {}
+        for link in tree.links:
+            if not link.is_muted and link.is_valid:
+                found.setdefault(link.to_socket.as_pointer(), link)
+    return found.get(socket.as_pointer())
 
 
 def _through(socket: Any, groups: tuple[Any, ...]) -> Output | Input | None:

@@ -10,12 +10,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.errors import MissingDependencyError, UnknownNameError
-from spectral_core.palette.qp.optimality import Check
+from spectral_core.palette.qp.optimality import FAILED, Check
+from spectral_core.palette.qp.quadratic import FAR
 
 Array = NDArray[np.float64]
-
-FAR = 1e30
-"""Large number in place of infinity for solvers that need one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,13 +76,12 @@ def solve_step(step: Step, engine: str = "piqp") -> StepAnswer:
     x, multipliers = ENGINES[engine](step)
     if not np.all(np.isfinite(x)):
         count = x.size - int(step.least)
-        return StepAnswer(np.clip(np.zeros(count), step.lower[:count], step.upper[:count]), -np.inf, _FAILED)
+        return StepAnswer(np.clip(np.zeros(count), step.lower[:count], step.upper[:count]), -np.inf, FAILED)
     x = np.clip(x, step.lower, step.upper)  # rounding only: the check includes its effect
     check = _checked(step, x, multipliers)
     return StepAnswer(x[:-1], float(x[-1]), check) if step.least else StepAnswer(x, 0.0, check)
 
 
-_FAILED = Check(np.inf, np.inf, np.inf)
 Multipliers = tuple[Array, Array]
 """Of the equalities, and of the rows (positive at the upper limit)."""
 

@@ -17,7 +17,7 @@ DIRECTIONS = 256
 USUAL_DISTANCE = 3.0
 """Distance of the receivers, in units of the scene."""
 LEAST = 0.05
-"""Least mean: a pattern that is dark there may be bright elsewhere."""
+"""Least mean of an emission that varies: where it is dark in the mean, it may be bright at a place."""
 
 
 def pattern_texture(context: Any, light: Light) -> Any:

@@ -18,6 +18,7 @@ from spectral_core.render.mitsuba_scene.emission import is_dark
 from spectral_core.scene import Instance, Material, Mesh, Scene
 from spectral_core.scene.geometry import Attribute
 from spectral_core.scene.leaves import leaves, mesh_inputs_of, programs_of
+from spectral_core.scene.shading import SENDS_RAYS
 from spectral_core.scene.surface import Closure, Subsurface
 
 FEWEST = 64
@@ -28,8 +29,6 @@ OWN = frozenset(("name", "world_from_object", "color", "index", "random", "attri
 """Fields of ``Instance`` in which gathered copies may differ, because their materials do not read them."""
 PLACELESS = frozenset(("uv", "position", "normal", "true_normal", "incoming", "backfacing"))
 """Inputs of programs that depend on the surface in the world, not on its object."""
-SENDS_RAYS = frozenset(("occlusion", "bevel"))
-"""Operations that tell one object from another."""
 _SHARED = tuple(each.name for each in fields(Instance) if each.name not in OWN)
 Kind = tuple[Any, ...]
 
@@ -125,7 +124,7 @@ def _is_placeless(material: Material | None, mesh: Mesh) -> bool:
     if not all(name in known or name.startswith("ray:") for name in mesh_inputs_of(material.surface)):
         return False
     steps = (step.operation for program in programs_of(material.surface) for step in program.instructions)
-    return SENDS_RAYS.isdisjoint(steps)
+    return SENDS_RAYS.isdisjoint(steps)  # their rays tell one object from another
 
 
 def _is_translucent(closure: Closure) -> bool:

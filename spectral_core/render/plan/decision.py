@@ -13,6 +13,10 @@ from spectral_core.scene import Note
 How = Literal["exact", "bounded", "measured", "not known"]
 """Origin of an error: no change at all; a bound from the scene's data; a pilot; unknown."""
 LEFT_OUT = ("off", "none")
+MOST_ERROR = 100.0
+"""Largest ΔE2000 that a bound states."""
+LATER_BOUNCES = 3.0
+"""Factor for light that is reflected more than twice: each further surface adds at most the same error again."""
 VISIBLE_SHARE = 0.01
 """Part of the light whose loss is noted."""
 CLAMPED = (

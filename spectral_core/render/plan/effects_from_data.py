@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
-from spectral_core.render.plan.decision import How
+from spectral_core.render.plan.decision import MOST_ERROR, How
 from spectral_core.render.plan.fluorescence import error_without_dyes
 from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
@@ -30,7 +30,6 @@ TRANSPARENCY_SHARE = 0.12
 SMALL_SHARE = 0.02
 """Share of the time of an effect that costs very little."""
 ON_OFF = ("on", "off")
-MOST_ERROR = 100.0
 
 
 THIN = 0.05

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.fluorescent import daylight_rgb
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, unit_luminance
+from spectral_core.render.plan.decision import LATER_BOUNCES, MOST_ERROR
 from spectral_core.render.plan.inventory import dyed
 from spectral_core.scene import Color, Fluorescent, Material, Scene
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
@@ -17,10 +18,6 @@ from spectral_core.spectra.spectrum import Spectrum
 
 Array = NDArray[np.float64]
 Light = Color | Spectrum
-
-LATER_BOUNCES = 3.0
-"""Factor for further reflections of the light, as for RGB transport."""
-MOST_ERROR = 100.0
 
 
 def error_without_dyes(scene: Scene, materials: list[Material], lights: list[Light]) -> float:

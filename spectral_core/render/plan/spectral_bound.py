@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.paint import daylight_rgb, emitted_rgb, emitted_spectrum, unit_luminance
+from spectral_core.render.plan.decision import LATER_BOUNCES
 from spectral_core.render.plan.fluorescence import error_in_rgb
 from spectral_core.render.plan.inventory import paint_parts, shown_materials
 from spectral_core.render.plan.thin_film import film_surfaces
@@ -45,8 +46,6 @@ from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]
 
-LATER_BOUNCES = 3.0
-"""Factor for light that is reflected more than twice: each further surface adds at most the same error again."""
 SECOND_BOUNCE = 0.5
 """Light from a second surface, relative to that of a lamp: as in an ordinary room."""
 MOST_SURFACES, MOST_LIGHTS, TEXELS = 48, 24, 24

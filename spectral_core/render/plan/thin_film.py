@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.paint import white_light
+from spectral_core.render.plan.decision import LATER_BOUNCES, MOST_ERROR
 from spectral_core.scene import Color, Glass, Material, Metal, Principled, leaves, nominal_ior
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
 from spectral_core.spectra.metal import index_of_metal
@@ -24,9 +25,6 @@ USUAL_NM = (100.0, 200.0, 300.0, 450.0, 600.0, 900.0)
 """Thicknesses that are tried where an image gives them."""
 USUAL_IOR = 1.33
 KNOTS_NM: Array = WAVELENGTHS_NM[::5]
-LATER_BOUNCES = 3.0
-"""Factor for what other surfaces make of the light, as of that of RGB transport."""
-MOST_ERROR = 100.0
 
 
 def filmed(material: Material) -> list[Filmed]:

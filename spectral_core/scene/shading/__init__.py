@@ -12,10 +12,11 @@ from spectral_core.scene.shading.program import (
     run,
     step,
 )
-from spectral_core.scene.shading.registry import OPERATIONS, SMOOTH_NORMAL, UV_SIGN, UV_TANGENT
+from spectral_core.scene.shading.registry import OPERATIONS, SENDS_RAYS, SMOOTH_NORMAL, UV_SIGN, UV_TANGENT
 
 __all__ = [
     "OPERATIONS",
+    "SENDS_RAYS",
     "SMOOTH_NORMAL",
     "UV_SIGN",
     "UV_TANGENT",

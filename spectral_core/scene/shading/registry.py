@@ -49,6 +49,8 @@ UV_SIGN = "attribute_tangent_sign"
 """Input of programs, likewise: 1 where the bitangent is the cross product of normal and tangent, -1 where it is on the
 other side, 0 without the UV map.
 """
+SENDS_RAYS = frozenset(("occlusion", "bevel"))
+"""Operations that send rays from a surface."""
 SMOOTH_NORMAL = "attribute_smooth_normal"
 """Input of programs: the interpolated normal of smooth faces in the space of the object, of any length; 0 on flat ones.
 """

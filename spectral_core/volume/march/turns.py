@@ -14,7 +14,7 @@ from spectral_core.volume.march.arithmetic import larger, smaller
 from spectral_core.volume.march.device import DeviceVolume
 from spectral_core.volume.march.march_input import Rays
 
-NEVER = 1e9
+NEVER = 1e9  # voxels: farther than any way along a ray
 _EVEN = 8.0  # times the planned step in voxels: the share of the way to a turning point that a step may take
 _MOST = 0.5  # of that way
 _SAME = 2e-5  # voxels: positions this close are the same to single precision

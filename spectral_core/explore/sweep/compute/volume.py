@@ -24,8 +24,6 @@ SETTINGS: dict[str, Value] = {
 """Names that can be swept, and their values if they are not."""
 TRANSFER = "transfer."
 SAMPLE_SIZE = 64
-HEADERS = (".mhd", ".nhdr", ".dat", ".hdr")
-"""Endings of files whose numbers are in other files."""
 
 
 @dataclass(frozen=True)
@@ -181,6 +179,7 @@ class VolumeNode:
 def _hashes(path: Path) -> list[str]:
     """Hashes of the file of a volume, and of its numbers if these are in other files. Raises SpectralError."""
     from spectral_core.volume.files import read_volume
+    from spectral_core.volume.files.formats.raw_format import HEADERS
 
     if not path.exists():
         raise InvalidInputError(f"there is no file {path}; check its name and its folder")

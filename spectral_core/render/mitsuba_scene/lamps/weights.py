@@ -13,6 +13,7 @@ from spectral_core.render.lights.hierarchy import Hierarchy, Rows, build
 from spectral_core.render.lights.items import far_row, far_rows, near_rows, whole_row, world_strength
 from spectral_core.render.lights.listing import LightList, Source
 from spectral_core.render.lights.mitsuba_lights import ChosenEmitters
+from spectral_core.render.lights.varying import LEAST
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.emission import emitting
@@ -21,8 +22,6 @@ from spectral_core.render.same import equal
 from spectral_core.scene import Color, Computed, ImageTexture, Light, MixedPaint, Paint, Scene, SunLight, Surface
 from spectral_core.spectra.spectrum import Spectrum
 
-LEAST = 0.05
-"""Least mean of an emission that varies: where it is dark in the mean, it may be bright at a place."""
 EXACT = 32
 """Emitters of a view up to which every weight is computed: the first picture after a change must come soon."""
 SIDE = 64

@@ -14,14 +14,15 @@ from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, read_numbers, require_choice, x_first
 from spectral_core.volume.files.request import RawLayout, ReadRequest
 
-_HEADERS = (".mhd", ".nhdr", ".dat", ".hdr")
+HEADERS = (".mhd", ".nhdr", ".dat", ".hdr")
+"""Endings of headers whose numbers are in other files."""
 
 
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume with the layout of ``request.raw`` or of the file's name."""
     layout = request.raw or RawLayout.from_name(path.name)
     if layout is None:
-        beside = [path.with_suffix(ending).name for ending in _HEADERS if path.with_suffix(ending).exists()]
+        beside = [path.with_suffix(ending).name for ending in HEADERS if path.with_suffix(ending).exists()]
         hint = (
             f"{beside[0]} lies beside it: open that"
             if beside

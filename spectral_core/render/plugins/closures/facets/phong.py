@@ -6,8 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-SMALLEST_ALPHA = 1e-3
-"""Least alpha; narrower lobes exceed single precision."""
+from spectral_core.render.plugins.closures.facets.microfacet import SMALLEST_ALPHA
 
 
 @dataclass
