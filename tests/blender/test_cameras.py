@@ -24,6 +24,18 @@ def test_a_camera_under_a_stretched_parent_has_a_note(build, translate, scale, t
     assert told == ([camera.name] if tells else [])
 
 
+@pytest.mark.parametrize(
+    ("scale", "tells"),
+    [((0, 0, 0), True), ((0, 1, 1), True), ((1, 1, 0), True), ((1, -1, 1), False), ((1e-3, 1e-3, 1e-3), False)],
+)  # fmt: skip
+def test_a_camera_of_scale_0_has_a_note(build, translate, scale, tells):
+    build.plane()
+    camera = build.camera()
+    camera.rotation_euler, camera.scale = (1.1, 0.0, 0.3), scale
+    told = [note.subject for note in translate().notes if "scale is 0" in note.message]
+    assert told == ([camera.name] if tells else [])
+
+
 def test_a_camera_may_clip_close_to_its_start_and_focus_before_it(build, translate):
     lens = build.camera().data
     lens.clip_start, lens.clip_end, lens.dof.use_dof, lens.dof.focus_distance = 5.0, 6.0, True, 3.0

@@ -113,3 +113,34 @@ def test_a_small_sun_is_drawn_only_where_the_horizon_cuts_it():
     light = disk.sum((0, 1)) * (np.pi / rows) ** 2
     half = sky.sun_radiance(usual) * np.pi * (usual / 2) ** 2  # of the whole disk's mean; the upper half is brighter
     assert (light[:2] > half[:2]).all() and (light[:2] < 1.5 * half[:2]).all()
+
+
+@pytest.mark.parametrize("moved_by", ["UV", "Mapping"])
+def test_an_environment_without_a_direction_has_the_color_of_its_corner(build, tmp_path, moved_by):
+    import bpy
+
+    from blender_addon import compat
+    from tests.blender import cycles
+
+    build.camera()
+    world = bpy.context.scene.world = bpy.data.worlds.new("World")
+    tree = compat.use_nodes(world)
+    image = bpy.data.images.new("rows", 8, 4)
+    pixels = np.full((4, 8, 4), 0.1, np.float32)
+    pixels[[0, -1]] = (0.9, 0.7, 0.5, 1.0)  # the corner lies between the last row and the first one
+    image.pixels.foreach_set(pixels.ravel())
+    environment = tree.nodes.new("ShaderNodeTexEnvironment")
+    environment.image = image
+    source = tree.nodes.new("ShaderNodeTexCoord").outputs["UV"]  # a world has none: a vector of zeros
+    if moved_by == "Mapping":
+        source = tree.nodes.new("ShaderNodeMapping").outputs["Vector"]
+        source.node.inputs["Scale"].default_value = (0.0, 0.0, 0.0)
+    tree.links.new(source, environment.inputs["Vector"])
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    tree.links.new(environment.outputs["Color"], background.inputs["Color"])
+    cycles.settings(samples=4, size=8)
+    theirs = cycles.cycles(tmp_path).mean((0, 1))
+    assert theirs[0] > 0.5
+    pixels, notes = cycles.ours(samples=4)
+    np.testing.assert_allclose(pixels.mean((0, 1)), theirs, rtol=0.01)
+    assert not notes

@@ -12,7 +12,7 @@ from spectral_core.scene import Aperture, Camera, Film
 from spectral_core.scene.camera import GREATEST_VIEW_RAD, LEAST_VIEW_RAD
 
 from ..context import Translation
-from ..frames import is_sheared, rigid
+from ..frames import NO_LENGTH, is_sheared, rigid
 from ..ledger import at_default, note_changed
 from ..visibility import cycles_settings
 from .panorama import MIDDLE_VIEW_RAD, panorama_of
@@ -33,6 +33,9 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
     matrix = np.asarray(camera.matrix_world, dtype=np.float64)
     if is_sheared(matrix):
         message = "its parents shear it; Cycles skews the picture, here it is straight; parent it to an unscaled object"
+        translation.note(camera.name, message)
+    if not np.all(np.linalg.norm(matrix[:3, :3], axis=0) > NO_LENGTH):
+        message = "its scale is 0 along an axis, so its direction there is unknown and is chosen; give it another scale"
         translation.note(camera.name, message)
     if camera.type != "CAMERA":
         # Cycles looks through a lamp with the angle of its spot, through any other object with a lens of 50 mm

@@ -92,6 +92,8 @@ def _is_placed_image(source: Output) -> bool:
         inputs = [Input(socket, before.groups) for socket in before.node.inputs]
         if any(linked(place) is not None for place in inputs[1:]):
             return False
+        if not any(before.node.inputs["Scale"].default_value):
+            return False  # no direction is left to look up
         before = linked(inputs[0])
     return before is None or (
         before.node.type == "TEX_COORD" and before.socket.name in ("Generated", "Object") and before.node.object is None

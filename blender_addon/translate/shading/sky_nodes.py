@@ -41,8 +41,11 @@ def _environment(reader: Reader, output: Output) -> Any:
     texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
     if texture is None:
         return np.array(MISSING)
-    projection = "ball_place" if node.projection == "MIRROR_BALL" else "sphere_place"
-    place = reader.emit(projection, place_of(reader, output, "position"))
+    direction = place_of(reader, output, "position")
+    if node.projection == "MIRROR_BALL":
+        place = reader.emit("ball_place", direction)
+    else:
+        place = reader.emit("sphere_place", direction, settings=(True,))
     return reader.emit("image_color", place, settings=(False,), data=replace(texture, extension="repeat"))
 
 
@@ -69,7 +72,7 @@ def _sky(reader: Reader, output: Output) -> Any:
     pixels *= share
     texture = ImageTexture("sky", pixels.astype(np.float32), "linear", "repeat")
     reader.skies[id(texture)] = (texture, atmosphere, angle, float(node.sun_intensity))
-    place = reader.emit("sphere_place", _upright(reader, place_of(reader, output, "generated")))
+    place = reader.emit("sphere_place", _upright(reader, place_of(reader, output, "generated")), settings=(False,))
     return reader.emit("image_color", place, settings=(False,), data=texture)
 
 

@@ -211,10 +211,17 @@ def round_coordinates(xp: Any, vector: Any, kind: str) -> Any:
 
 
 @operation("3", 3)
-def sphere_place(xp: Any, direction: Any) -> Any:
-    """Equirectangular coordinates of a direction, as an Environment Texture reads it."""
+def sphere_place(xp: Any, direction: Any, is_corner: bool) -> Any:
+    """Equirectangular coordinates of a direction, as an Environment Texture reads it.
+
+    ``is_corner``: True if a direction of length 0 is the corner of the image, as in Cycles, which the sky does not do.
+    """
     x, y, z = normalized(xp, direction)
-    return -xp.atan2(y, x) / (2 * pi) + 0.5, xp.atan2(z, xp.sqrt(x * x + y * y)) / pi + 0.5, 0.0 * x
+    u, v = -xp.atan2(y, x) / (2 * pi) + 0.5, xp.atan2(z, xp.sqrt(x * x + y * y)) / pi + 0.5
+    if is_corner:
+        is_some = (x != 0.0) | (y != 0.0) | (z != 0.0)
+        u, v = xp.where(is_some, u, 0.0), xp.where(is_some, v, 0.0)
+    return u, v, 0.0 * x
 
 
 @operation("3", 3)
