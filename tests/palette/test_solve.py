@@ -287,4 +287,4 @@ def test_a_luminance_outside_the_bounds_of_a_light_is_a_conflict():
     cells = ((Cell.fixed((0.45, 0.25, 0.18)),),)
     solution = solve_palette(PaletteProblem(GRID, (light,), (surface,), cells, light_bounds=(0.0, 1e-4)))
     assert solution.status == "exact_conflict"
-    assert "remove the white of a light" in solution.remedy
+    assert "Change the bounds, or the luminance" in solution.remedy

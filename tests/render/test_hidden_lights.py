@@ -20,6 +20,7 @@ from spectral_core.scene import (
     Principled,
     Rays,
     Subsurface,
+    Translucent,
     World,
     gray,
 )
@@ -42,6 +43,15 @@ def test_of_a_mixture_the_other_closures_stay_lit(radius, hidden, shown):
     both = lit_plane(lamp, surface=MixSurface(0.5, Diffuse(gray(0.5)), SHINE), film=Film(8, 8, samples=512))
     alone = lit_plane(replace(lamp, hidden_from=Rays.NONE), surface=shown, film=Film(8, 8, samples=512))
     assert brightness(both) == pytest.approx(0.5 * brightness(alone), rel=0.03)
+
+
+def test_light_through_paper_is_diffuse_light():
+    """A sky that is hidden from diffuse rays does not shine through; one that is hidden from glossy ones does."""
+    sky = World(gray(1.0))
+    paper = lit_plane(world=sky, surface=Translucent(gray(0.8)))
+    assert brightness(paper) == pytest.approx(0.8, rel=0.02)
+    assert brightness(replace(paper, world=replace(sky, hidden_from=Rays.DIFFUSE))) < 1e-3
+    assert brightness(replace(paper, world=replace(sky, hidden_from=Rays.GLOSSY))) == pytest.approx(0.8, rel=0.02)
 
 
 def test_plastic_without_highlight_is_its_diffuse_part():

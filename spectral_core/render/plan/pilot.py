@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene.rules import Tables
 from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.plugins.paints.ray_marks import is_diffuse
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.render.trace.scene_path import scene_path_class
 from spectral_core.scene import Film, Rays, Scene
@@ -219,7 +220,7 @@ def _pilot_class(variant: str) -> Any:
             for k in range(3):
                 dr.scatter(self.points, si.p[k], self.cell * 4 + k, first)
             dr.scatter(self.points, 1.0, self.cell * 4 + 3, first)
-            less = lambda kind: dr.select((path.depth > 0) & (path.kind == int(kind)), 1, 0)  # noqa: E731
+            less = lambda kind: dr.select((path.depth > 0) & ((path.kind & int(kind)) != 0), 1, 0)  # noqa: E731
             counts = (
                 path.depth - dr.select(path.depth > 0, 1, 0),
                 path.diffuse - less(Rays.DIFFUSE),
@@ -239,7 +240,7 @@ def _pilot_class(variant: str) -> Any:
             flags = bsdf.flags()
             plain = mi.has_flag(flags, mi.BSDFFlags.Diffuse) | mi.has_flag(flags, mi.BSDFFlags.Null)
             bends = mi.has_flag(flags, mi.BSDFFlags.Transmission)
-            event = ~plain & (kind == int(Rays.DIFFUSE))
+            event = ~plain & is_diffuse(kind)
             self.flags |= dr.select(event, dr.select(bends, mi.UInt32(2), 1), 0)
             return super().cut_caustic(bsdf, kind)
 

@@ -8,6 +8,7 @@ from typing import Any
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT
 from spectral_core.render.plugins.closures.strands import FIBER
 from spectral_core.render.plugins.numbers import channel_mean
+from spectral_core.render.plugins.paints.ray_marks import TRANSLUCENT, is_diffuse
 from spectral_core.render.trace.media import flight as flights
 from spectral_core.render.trace.path_settings import ROULETTE_BOUNCES, ROULETTE_SHARE, ROULETTE_SURE, PathSettings
 from spectral_core.scene import Rays
@@ -29,9 +30,10 @@ def share_of(tables: Any, path: Any, of: Any = None) -> Any:
     import drjit as dr
 
     scattered = dr.select(path.depth > 0, path.depth - 1, 0)
+    kind = path.kind | dr.select(is_diffuse(path.kind), type(path.kind)(int(Rays.DIFFUSE)), 0)
 
     def share(number: Any, pdf: Any, on: Any) -> Any:
-        lit = on & tables.lights_it(number, path.kind, scattered, path.before_shape)
+        lit = on & tables.lights_it(number, kind, scattered, path.before_shape)
         lit = lit if of is None else lit & of(number)
         if tables.shadowless is not None:
             # a light without occlusion is only sampled: the ray may be occluded
@@ -67,7 +69,7 @@ def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:
         cut |= ~bends
     if not limits.refractive_caustics:
         cut |= bends
-    return cut & ~diffuse & (kind == int(Rays.DIFFUSE))
+    return cut & ~diffuse & is_diffuse(kind)
 
 
 def count(limits: Any, path: Any, bs: Any, scatters: Any) -> None:
@@ -88,7 +90,8 @@ def count(limits: Any, path: Any, bs: Any, scatters: Any) -> None:
     ended |= (path.transmission > limits.transmission) | (path.depth > limits.bounces)
     path.last |= scatters & ended
     reflected = dr.select(is_diffuse, mi.UInt32(int(Rays.DIFFUSE)), int(Rays.GLOSSY))
-    kind = dr.select(mirrors, reflected, int(Rays.TRANSMISSION))
+    passed = int(Rays.TRANSMISSION) | dr.select(is_diffuse, mi.UInt32(TRANSLUCENT), 0)
+    kind = dr.select(mirrors, reflected, passed)
     path.kind = dr.select(scatters, kind, path.kind)
 
 

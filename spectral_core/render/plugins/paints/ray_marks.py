@@ -18,10 +18,19 @@ SHARP = 128
 """Another bit: the ray comes from the camera, from a mirror, or from a lobe that is narrower than the pixels of an
 environment by little, so that details of the environment show.
 """
+TRANSLUCENT = 1 << 10
+"""Another bit, of a transmitted ray: it was transmitted diffusely. As in Cycles, lights and caustics count it as a
+diffuse ray, objects as a transmitted one.
+"""
 SHARP_DENSITY = 1600.0
 """Density of the last bounce (1/sr) from which its lobe is that narrow: 16 pixels of an environment of 512 rows."""
 COUNT, PASSED = 255, 1023
 """Largest counts that the marks represent."""
+
+
+def is_diffuse(kind: Any) -> Any:
+    """True for rays (``kind``: of a path) along which a surface scatters diffuse light, on either of its sides."""
+    return (kind & (int(Rays.DIFFUSE) | TRANSLUCENT)) != 0
 
 
 def ray_marks(mi: Any, dr: Any, path: Any) -> Any:
@@ -53,7 +62,7 @@ def is_sharp(mi: Any, si: Any) -> Any:
 
 
 KINDS = {
-    "Is Camera Ray": Rays.CAMERA, "Is Shadow Ray": Rays.SHADOW, "Is Diffuse Ray": Rays.DIFFUSE,
+    "Is Camera Ray": Rays.CAMERA, "Is Shadow Ray": Rays.SHADOW, "Is Diffuse Ray": Rays.DIFFUSE | TRANSLUCENT,
     "Is Glossy Ray": Rays.GLOSSY | Rays.TRANSMISSION, "Is Singular Ray": SINGULAR,
     "Is Reflection Ray": Rays.DIFFUSE | Rays.GLOSSY, "Is Transmission Ray": Rays.TRANSMISSION,
     "Is Volume Scatter Ray": Rays.VOLUME,
@@ -69,6 +78,10 @@ def read_mark(mi: Any, dr: Any, si: Any, name: str) -> Any:
     if name == "Ray Length":
         return dr.select(dr.isfinite(si.t), si.t, 0.0)
     if name in KINDS:
-        return dr.select((mi.UInt32(si.dn_dv.x) & int(KINDS[name])) != 0, mi.Float(1.0), 0.0)
+        marks = mi.UInt32(si.dn_dv.x)
+        found = (marks & int(KINDS[name])) != 0
+        if name == "Is Glossy Ray":
+            found &= (marks & TRANSLUCENT) == 0
+        return dr.select(found, mi.Float(1.0), 0.0)
     component, shift, most = COUNTS[name]
     return mi.Float((mi.UInt32(getattr(si.dn_dv, component)) >> shift) & most)
