@@ -64,6 +64,7 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
         _note_faces(translation, scene, meshes, passes)
         _note_volumes_in_one_place(translation, scene, meshes)
     _note_holes(translation, scene)
+    _note_clear_catchers(translation, scene, {name for name, each in surfaces.items() if _is_seen_through(each)})
     _note_shadows_of_volumes(translation, scene)
     _note_emission_with_shadow_links(
         translation, scene, {name for name, each in surfaces.items() if any(emissions_of(each))}
@@ -102,6 +103,14 @@ def _note_holes(translation: Translation, scene: Scene) -> None:
             translation.note(instance.shown_as or instance.name, message)
         if instance.is_shadow_catcher:
             message = "it is a shadow catcher that does not catch the shadows of volumes; in Cycles it catches them"
+            translation.note(instance.shown_as or instance.name, message)
+
+
+def _note_clear_catchers(translation: Translation, scene: Scene, clear: set[str]) -> None:
+    """Note shadow catchers through which other objects are seen; ``clear``: materials that are partly transparent."""
+    for instance in scene.instances:
+        if instance.is_shadow_catcher and clear.intersection(instance.materials):
+            message = "it is a shadow catcher with transparent parts: objects are seen through them, unlike in Cycles"
             translation.note(instance.shown_as or instance.name, message)
 
 

@@ -226,6 +226,14 @@ def test_a_sum_of_metals_gets_a_note(build, translate, joins, tells):
     assert ("adds metals" in messages(translate())) is tells
 
 
+@pytest.mark.parametrize(("kind", "tells"), [("Transparent", True), ("Diffuse", False)])
+def test_a_shadow_catcher_that_is_seen_through_gets_a_note(build, translate, kind, tells):
+    ball = smooth_cube()
+    ball.is_shadow_catcher = True
+    shaded(ball, f"ShaderNodeBsdf{kind}")
+    assert ("shadow catcher with transparent parts" in messages(translate())) is tells
+
+
 def test_a_volume_that_shadow_linking_excludes_as_a_blocker_gets_a_note(build, translate):
     ball, lamp = smooth_cube(), build.light("POINT")
     linked = bpy.data.collections.new("casts no shadow")
