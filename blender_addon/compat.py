@@ -205,7 +205,9 @@ def curves_of(animation: Any) -> list[Any]:
 
 
 def is_before_5_0() -> bool:
-    """True for Cycles of older versions, whose surface of objects without a material is matt."""
+    """True for Cycles of older versions, whose surface of objects without a material is matt, and whose Principled
+    Volume reads its grids between the voxels.
+    """
     return "media_type" not in bpy.types.ImageFormatSettings.bl_rna.properties
 
 

@@ -71,7 +71,7 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
 
     def make() -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
         voxels = file.grids()
-        filled, error = _filled(item, voxels, placed, scale, material)
+        filled, error = _filled(item, file, placed, scale, material)
         _note_loss(found, obj, error)
         for words in _differences(voxels, None if filled is None else filled[1].material.medium):
             found.translation.note(obj.name, words)
@@ -106,11 +106,12 @@ def _differences(voxels: CommonVoxels, medium: ScatteringMedium | None) -> Itera
 
 
 def _filled(
-    item: TranslatedMaterial, voxels: CommonVoxels, placed: Region, scale: float, name: str
+    item: TranslatedMaterial, file: GridFile, placed: Region, scale: float, name: str
 ) -> tuple[tuple[NDArray[np.float64], TranslatedMaterial] | None, float]:
-    """The box around the voxels in object space, and the material with its medium; None for empty space. Beside it the
-    error of interpolation between voxels.
+    """The box around a file's voxels in object space, and the material with its medium; None for empty space. Beside it
+    the error of interpolation between voxels.
     """
+    voxels = file.grids()
     object_box = voxels.world_from_index @ index_box(voxels.shape)
     corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
     half = np.abs(np.ptp(corners, axis=0)) / 2
@@ -119,7 +120,15 @@ def _filled(
         grids=voxels.grids, center=corners.mean(axis=0), half=np.where(half == 0, 1.0, half),
     )  # fmt: skip
     assert item.filling is not None
-    medium, shape, parts, error = medium_of_grids(item.filling, region)
+
+    def alone(grid: str) -> Region:
+        if grid not in voxels.interpolated:
+            return region
+        own = replace(file, names=(grid,)).grids()
+        world_from_index = placed.world_from_object @ own.world_from_index
+        return replace(region, shape=own.shape, world_from_index=world_from_index, grids=own.grids)
+
+    medium, shape, parts, error = medium_of_grids(item.filling, region, alone)
     if medium is None:
         return None, error
     medium = replace(medium, density=medium.density * scale, emission_strength=medium.emission_strength * scale)

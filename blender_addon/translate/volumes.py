@@ -134,7 +134,7 @@ class GridFile:
             raise InvalidInputError(str(error)) from error
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=3)
 def _together(path: Path, names: tuple[str, ...], _modified: int, _size: int) -> CommonVoxels:
     from spectral_core.volume.files.vdb.together import grids_together
 

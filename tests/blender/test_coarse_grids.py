@@ -73,6 +73,26 @@ def test_a_power_of_a_density_is_computed_between_the_voxels(cloud: Any, transla
     assert scattering(medium_of(translate())) == pytest.approx(0.5**3, rel=0.1)
 
 
+def test_a_blackbody_of_a_grid_is_linear_between_its_voxels(cloud: Any, translate: Any) -> None:
+    """Cycles reads the temperature at one voxel that it draws: on the average, emission fades out over one voxel. Of
+    the fourth power of a temperature that fades out, 1/125 of the space would be left in place of 1.
+    """
+    from blender_addon import compat
+
+    if compat.is_before_5_0():
+        pytest.skip("older versions read between the voxels")
+
+    def whole(size: float, count: int) -> Any:
+        _, node = cloud([("temperature", np.full((count,) * 3, 2000.0), size, 0.0)])
+        node.inputs["Density"].default_value = 0.0
+        node.inputs["Blackbody Intensity"].default_value = node.inputs["Temperature"].default_value = 1.0
+        medium = medium_of(translate())
+        voxel = abs(np.linalg.det(medium.grid.world_from_index[:3, :3]))
+        return medium.emission_strength * medium.grid.emission.sum(dtype=float) * voxel
+
+    assert whole(1.0, 1) == pytest.approx(whole(0.1, 10), rel=0.02)
+
+
 @pytest.mark.parametrize("names", [("density", "heat"), ("heat", "density")])
 def test_the_finest_grid_states_the_voxels_and_coarse_ones_fade_out_over_their_own(
     cloud: Any, translate: Any, names: Any

@@ -77,6 +77,7 @@ def test_the_finest_voxels_are_used(tmp_path, first):
     names = sorted(["coarse", "fine"], key=lambda name: name != first)
     voxels = check(tmp_path / "two.vdb", grids, names)
     assert np.linalg.det(voxels.world_from_index[:3, :3]) == pytest.approx(1.0)
+    assert voxels.interpolated == ("coarse",)
 
 
 def test_grids_that_are_turned_against_each_other(tmp_path):

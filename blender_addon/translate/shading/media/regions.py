@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from spectral_core.scene import ScatteringMedium
 from spectral_core.scene.shading.program import Program
 
+from .... import compat
 from .filling import Filling
 from .shaders import GRID
 
@@ -72,9 +73,26 @@ class Region:
         shape = tuple((n - 1) * parts + 1 for n in self.shape)
         matrix = self.world_from_index @ np.diag([*(1.0 / parts,) * 3, 1.0])
         made = replace(self, shape=(shape[0], shape[1], shape[2]), world_from_index=matrix, grids={})
-        index = np.stack(np.unravel_index(np.arange(np.prod(shape)), shape), axis=1) / parts
-        grids = {name: _between(values, self.shape, index).astype(np.float32) for name, values in self.grids.items()}
+        grids = {name: self.between(values, parts).astype(np.float32) for name, values in self.grids.items()}
         return replace(made, grids=grids)
+
+    def of_other(self, other: Region, program: Program) -> Array:
+        """Values of a program at the voxels, linear between those of another region."""
+        values, parts = other.at_voxels(program), []
+        if other is self:
+            return values
+        matrix = np.linalg.inv(other.world_from_index) @ self.world_from_index
+        for start in range(0, int(np.prod(self.shape)), CHUNK):
+            numbers = np.arange(start, min(start + CHUNK, int(np.prod(self.shape))))
+            index = np.stack(np.unravel_index(numbers, self.shape), axis=1)
+            parts.append(_between(values, other.shape, _moved(matrix, index)))
+        return np.concatenate(parts)
+
+    def between(self, values: Array, parts: int) -> Array:
+        """Values (n,) or (n, k) of the voxels at those of ``divided``."""
+        shape = tuple((n - 1) * parts + 1 for n in self.shape)
+        index = np.stack(np.unravel_index(np.arange(np.prod(shape)), shape), axis=1) / parts
+        return _between(values, self.shape, index)
 
     def _values(self, program: Program, index: Array, grids: Mapping[str, Array]) -> Array:
         world = _moved(self.world_from_index, index)
@@ -160,22 +178,33 @@ def medium_in_box(
 
 
 def medium_of_grids(
-    filling: Filling, region: Region, seed: int = 0
+    filling: Filling, region: Region, alone: Callable[[str], Region], seed: int = 0
 ) -> tuple[ScatteringMedium | None, tuple[int, int, int], int, float]:
     """The medium of a Volume object, the size of its grid, parts of a voxel, and its error of interpolation.
 
-    The grids are linear between the voxels. Where the shader is not, as a threshold or a blackbody, or where it has a
-    pattern of its own, the voxels are divided.
+    The grids are linear between the voxels. Where the shader is not, as a threshold, or where it has a pattern of its
+    own, the voxels are divided. From Blender 5.0 on, Principled Volume reads each of its own grids at one voxel nearby
+    that is drawn at random: what it makes of one grid, as a blackbody, is linear between the voxels of this grid.
+    ``alone``: the region of one grid, at its own voxels.
     """
     rng = np.random.default_rng(seed)
+    programs = () if compat.is_before_5_0() else filling.programs_of
+    drawn = {p: region.of_other(alone(name), p) for p in programs if (name := _only_grid(p))}
     for parts in FINER:
         finer = region.divided(parts)
-        values = {program: finer.at_voxels(program) for program in filling.programs_of}
-        error = max(_lost(region, finer, parts, program, values[program], rng) for program in filling.programs_of)
+        values = {p: region.between(drawn[p], parts) if p in drawn else finer.at_voxels(p) for p in filling.programs_of}
+        others = [p for p in filling.programs_of if p not in drawn]
+        error = max((_lost(region, finer, parts, program, values[program], rng) for program in others), default=0.0)
         if error <= COARSE or parts == FINER[-1] or np.prod(finer.shape, dtype=float) * 8 > MOST_FINER:
             break
     medium = filling.inside(values.__getitem__, finer.shape, finer.world_from_index)
     return medium, finer.shape, parts, error
+
+
+def _only_grid(program: Program) -> str:
+    """The grid of Principled Volume that is all that a program reads of its place; "" if it reads others."""
+    names = [name.removeprefix(GRID) for name in program.inputs if name.startswith(GRID)]
+    return names[0] if len(program.inputs) == len(names) == 1 else ""
 
 
 def _lost(

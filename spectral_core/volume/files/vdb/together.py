@@ -28,13 +28,14 @@ ALIKE = 1.001
 class CommonVoxels:
     """Grids by name, (n,) or (n, 3) with z fastest, at the same voxels; ``world_from_index`` (4, 4): to their centers.
 
-    ``resampled``: names of the grids whose own voxels are finer, so that details are lost. ``mirrored``: names of the
-    grids whose transforms mirror.
+    ``interpolated``: names of the grids that have other voxels. ``resampled``: names of those of them whose own voxels
+    are finer, so that details are lost. ``mirrored``: names of the grids whose transforms mirror.
     """
 
     shape: tuple[int, int, int]
     world_from_index: NDArray[np.float64]
     grids: dict[str, NDArray[Any]]
+    interpolated: tuple[str, ...] = ()
     resampled: tuple[str, ...] = ()
     mirrored: tuple[str, ...] = ()
 
@@ -81,7 +82,8 @@ def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
     placed = {name: _placed(grid, shape, matrix) for name, grid in found.items()}
     finer = tuple(name for name, grid in found.items() if abs(grid.voxel) * ALIKE < abs(base.voxel))
     mirrored = tuple(name for name, grid in found.items() if grid.voxel < 0)
-    return CommonVoxels(shape, matrix, placed, finer, mirrored)
+    others = tuple(name for name, grid in found.items() if _offset(grid.parts[0], matrix) is None)
+    return CommonVoxels(shape, matrix, placed, others, finer, mirrored)
 
 
 def _read(path: Path, name: str) -> _Grid:
@@ -113,20 +115,26 @@ def _corners(volume: ScalarVolume, base: ScalarVolume) -> NDArray[np.float64]:
     return np.asarray(ends @ matrix[:3, :3].T + matrix[:3, 3])
 
 
+def _offset(volume: ScalarVolume, world_from_index: NDArray[np.float64]) -> NDArray[np.int64] | None:
+    """Index of the first of some voxels among those of a volume; None if they are not the same voxels."""
+    matrix = np.linalg.inv(volume.world_from_index) @ world_from_index
+    offset = np.round(matrix[:3, 3])
+    is_same = np.allclose(matrix[:3, :3], np.eye(3), atol=1e-5) and np.allclose(matrix[:3, 3], offset, atol=1e-3)
+    return offset.astype(np.int64) if is_same else None
+
+
 def _placed(grid: _Grid, shape: tuple[int, int, int], world_from_index: NDArray[np.float64]) -> NDArray[Any]:
     """Values of a grid at voxels, (n,) or (n, 3)."""
     from scipy.ndimage import affine_transform
 
     columns = []
     for part, outside in zip(grid.parts, grid.outside, strict=True):
-        matrix = np.linalg.inv(part.world_from_index) @ world_from_index
-        offset = np.round(matrix[:3, 3])
-        data = np.asarray(part.data, np.float32)
-        if np.allclose(matrix[:3, :3], np.eye(3), atol=1e-5) and np.allclose(matrix[:3, 3], offset, atol=1e-3):
+        offset, data = _offset(part, world_from_index), np.asarray(part.data, np.float32)
+        if offset is not None:
             placed = np.full(shape, outside, np.float32)
-            start = (-offset).astype(int)
-            placed[tuple(slice(s, s + n) for s, n in zip(start, data.shape, strict=True))] = data
+            placed[tuple(slice(s, s + n) for s, n in zip(-offset, data.shape, strict=True))] = data
         else:
+            matrix = np.linalg.inv(part.world_from_index) @ world_from_index
             # one voxel of the background around the grid, into which its values fade
             data = np.pad(data, 1, constant_values=outside)
             matrix[:3, 3] += 1.0
