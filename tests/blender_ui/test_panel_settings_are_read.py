@@ -97,6 +97,7 @@ def asked(monkeypatch):
     class Found:
         met, lamp = True, illuminant("D65")
         reflectance = lamp
+        rendering_index = fidelity = gamut = 100.0
 
         def text(self, *arguments: Any) -> str:
             return str(arguments)
