@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files import read_volume
 from spectral_core.volume.files.vdb.read import grid_background, grid_names
@@ -92,7 +93,10 @@ def _read(path: Path, name: str) -> _Grid:
         parts = [read_volume(path, field=name)]
     except InvalidInputError:  # a vector
         parts = [read_volume(path, field=name, component=k) for k in range(3)]
-    return _Grid(parts, np.atleast_1d(np.asarray(grid_background(path, name), np.float64)))
+    outside = np.zeros(len(parts))
+    with suppress(FileFormatError):  # of a tree that only OpenVDB itself reads
+        outside = np.atleast_1d(np.asarray(grid_background(path, name), np.float64))
+    return _Grid(parts, np.nan_to_num(outside))
 
 
 def _region(base: ScalarVolume, grids: list[_Grid]) -> tuple[tuple[int, int, int], NDArray[np.float64]]:
