@@ -12,6 +12,7 @@ from bpy.types import Area, PropertyGroup, Region
 
 from ..editing.dial.live import shares_of
 from ..editing.dial.names import name_of
+from .after import AfterEditors
 from .covered import covered, dial_beside
 from .dial_labels import BORDER, BULB_RADIUS, LABEL_POINTS, PAD, Label, ends_of, labels_of
 from .dial_shape import DISC, DialShape, Rectangle, disc, fitting, rim, tooltip
@@ -34,12 +35,10 @@ TOOLTIP_ROW = 17
 ALL_OFF = "All bulbs are off"
 KEPT = Kept()
 
-SPACES = (bpy.types.SpaceView3D, bpy.types.SpaceImageEditor)
 hovered = {"region": 0}
 """``as_pointer`` of the region in which the mouse is over the dial; the tooltip is shown there."""
 _drawn: dict[int, DialShape] = {}
 """Where the dial was drawn last, by the ``as_pointer`` of the region."""
-_handlers: list = []
 
 
 def shape_in(area: Area, region: Region) -> DialShape:
@@ -196,16 +195,16 @@ def _draw_tooltip(shape: DialShape, lines: Sequence[str], plate: Rectangle) -> N
         write(line, left + 10 * shape.scale, low + (12 + number * TOOLTIP_ROW) * shape.scale, TEXT)
 
 
+_after = AfterEditors(draw, bpy.types.SpaceView3D, bpy.types.SpaceImageEditor)
+
+
 def register() -> None:
     """Draw after the editors that show pictures."""
-    if not bpy.app.background:
-        _handlers.extend((space, space.draw_handler_add(draw, (), "WINDOW", "POST_PIXEL")) for space in SPACES)
+    _after.begin()
 
 
 def unregister() -> None:
     """Remove the drawing."""
-    for space, handler in _handlers:
-        space.draw_handler_remove(handler, "WINDOW")
-    _handlers.clear()
+    _after.end()
     _drawn.clear()
     KEPT.forget()

@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ..translate.spectra.stored import stored_samples
+from .after import AfterEditors
 from .covered import Covered, covered
 from .curve_image import value_range
 from .curve_plot import Array, Plot, side_by_side
@@ -30,7 +31,6 @@ DISTINCT_COLORS = (
 )  # fmt: skip
 """After Okabe and Ito 2008, brightened for a dark background."""
 
-_handler = None
 KEPT = Kept()
 
 
@@ -166,17 +166,15 @@ def draw_line(points: Array, color: Color, width: float) -> None:
     batch_for_shader(shader, "LINE_STRIP", {"pos": flat}).draw(shader)
 
 
+_after = AfterEditors(draw, bpy.types.SpaceView3D)
+
+
 def register() -> None:
     """Draw after the 3D view."""
-    global _handler
-    if not bpy.app.background:
-        _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_PIXEL")
+    _after.begin()
 
 
 def unregister() -> None:
     """Remove the drawing."""
-    global _handler
-    if _handler is not None:
-        bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
-    _handler = None
+    _after.end()
     KEPT.forget()

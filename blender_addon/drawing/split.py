@@ -12,13 +12,13 @@ import bpy
 import numpy as np
 
 from ..properties.render import ENGINE
+from .after import AfterEditors
 from .covered import Covered, covered
 from .overlay import FONT, draw_line, draw_triangles, write
 
 PLATE = (0.0, 0.0, 0.0, 1.0)
 """Opaque: the noise of a bright picture would show through."""
 NAME = (1.0, 1.0, 1.0, 1.0)
-_handler: Any = None
 
 
 def is_split(space: Any, scene: Any) -> bool:
@@ -89,16 +89,14 @@ def name_spots(
     return [(starts[0], base), (starts[1], base + 26 * scale if overlaps else base)]
 
 
+_after = AfterEditors(draw, bpy.types.SpaceView3D)
+
+
 def register() -> None:
     """Draw after the 3D view."""
-    global _handler
-    if not bpy.app.background:
-        _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_PIXEL")
+    _after.begin()
 
 
 def unregister() -> None:
     """Remove the drawing."""
-    global _handler
-    if _handler is not None:
-        bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
-    _handler = None
+    _after.end()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What several commands report alike: the JSON object that ``--json`` prints as the last line, and notes."""
+"""The JSON object that ``--json`` prints as the last line."""
 
 from __future__ import annotations
 
