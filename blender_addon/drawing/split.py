@@ -59,10 +59,11 @@ def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float,
     """
     import blf
 
-    draw_line(np.array([(middle, 0), (middle, region.height)], np.float32), (1.0, 1.0, 1.0, 0.9), 2 * scale)
+    known = known or Covered()
+    ends = [(middle, known.bottom), (middle, region.height - known.top)]
+    draw_line(np.array(ends, np.float32), (1.0, 1.0, 1.0, 0.9), 2 * scale)
     blf.size(FONT, 13 * scale)
     widths = tuple(float(blf.dimensions(FONT, name)[0]) for name in names)
-    known = known or Covered()
     spots = name_spots(middle, (known.left, region.width - known.right), (widths[0], widths[1]), scale)
     for name, width, (start, base) in zip(names, widths, spots, strict=True):
         pad = 4 * scale
