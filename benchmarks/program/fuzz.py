@@ -30,6 +30,9 @@ MOST_SECONDS = 5.0
 MOST_BYTES = 1 << 30
 """Bytes of memory that a call may use in addition to those of the program before."""
 _HANG_SECONDS = 90.0
+_START_SECONDS = 600.0
+"""Time limit for a child to make its undamaged files, also on a busy machine."""
+READY = "READY"
 
 
 def run(options: Options) -> dict[str, Any]:
@@ -83,13 +86,13 @@ def _watched(seed: int, inputs: int, deadline: float, wanted: str) -> list[tuple
         lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         reader = threading.Thread(target=_collect, args=(child, lines), daemon=True)
         reader.start()
-        begun = at
+        begun, patience = at, _START_SECONDS
         while at < inputs:
             try:
-                said = lines.get(timeout=min(_HANG_SECONDS, max(deadline - time.monotonic(), 0.01) + 1))
+                said = lines.get(timeout=min(patience, max(deadline - time.monotonic(), 0.01) + 1))
             except queue.Empty:
                 if time.monotonic() < deadline:
-                    outcomes.append((at, f"hang: over {_HANG_SECONDS:g} s"))
+                    outcomes.append((at, f"hang: over {patience:g} s"))
                     at += 1
                 break
             if said is None:
@@ -97,6 +100,8 @@ def _watched(seed: int, inputs: int, deadline: float, wanted: str) -> list[tuple
                     outcomes.append((at, f"crash: the reading process ended with {child.wait()}"))
                     at += 1
                 break
+            if said.strip() == READY:
+                patience = _HANG_SECONDS
             if said.startswith("OUTCOME "):
                 at = int(said.split()[1]) + 1
                 outcomes.append((at - 1, said.split(maxsplit=2)[2].strip()))
@@ -124,6 +129,7 @@ def _child(seed: int, first: int, last: int, wanted: str) -> None:
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
         chosen = _chosen(Path(folder), wanted)
+        print(READY, flush=True)
         for index in range(first, last):
             print(f"OUTCOME {index} {_outcome(chosen, seed, index, Path(folder))}", flush=True)
 
