@@ -166,7 +166,8 @@ def _copied(folder: Path) -> Path:
     target = folder / "tree"
     target.mkdir()
     for name in ("spectral_core", "blender_addon", "benchmarks", "tests", "examples", "docs", "scripts"):
-        shutil.copytree(ROOT / name, target / name, ignore=shutil.ignore_patterns("__pycache__", "pictures"))
+        unneeded = ("__pycache__", "pictures") if name == "docs" else ("__pycache__",)
+        shutil.copytree(ROOT / name, target / name, ignore=shutil.ignore_patterns(*unneeded))
     for name in ("pyproject.toml", "README.md", "CHANGELOG.md"):
         shutil.copy2(ROOT / name, target / name)
     return target
@@ -225,7 +226,9 @@ def _recorded(tree: Path, wanted: dict[str, Path]) -> None:
     raw.unlink(missing_ok=True)
     if wanted:
         recorder = ["-p", "benchmarks.program.cases.touched"]
-        _pytest(tree, [*recorder, *wanted], {"TOUCHED": str(raw), "TOUCHED_TREE": str(tree)}, None)
+        status = _pytest(tree, [*recorder, *wanted], {"TOUCHED": str(raw), "TOUCHED_TREE": str(tree)}, None)
+        if status not in (0, 1):
+            raise RuntimeError(f"pytest ended with status {status} in {tree}: it could not run the unchanged tests")
     records = [json.loads(line) for line in raw.read_text("utf-8").splitlines()] if raw.exists() else []
     for each in records:
         # Some tests fail under a tracer alone (they count threads or open files): their mutants meet them all the

@@ -113,3 +113,18 @@ def test_an_endless_loop_is_caught_by_its_processor_time(tree: Path, monkeypatch
     monkeypatch.setattr(mutation, "SECONDS", 2)
     (tree / "spectral_core/room/part.py").write_text(PRODUCT.replace("return low", "while True: pass\n    return low"))
     assert mutation._is_caught(tree, ["tests/test_part.py::test_sum"], 0.1)
+
+
+def test_the_copied_tree_has_every_module(tmp_path: Path) -> None:
+    copied = mutation._copied(tmp_path)
+    folders = [folder for folder in copied.iterdir() if folder.is_dir()]
+    assert len(folders) > 5
+    for folder in folders:
+        modules = {path.relative_to(mutation.ROOT) for path in (mutation.ROOT / folder.name).rglob("*.py")}
+        assert modules == {path.relative_to(copied) for path in folder.rglob("*.py")}
+
+
+def test_tests_that_cannot_run_are_reported(tree: Path) -> None:
+    (tree / "tests/test_lost.py").write_text("import no_such_module_of_ours\n")
+    with pytest.raises(RuntimeError, match="could not run the unchanged tests"):
+        Callers(tree, "spectral_core/room")
