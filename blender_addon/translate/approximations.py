@@ -15,17 +15,18 @@ from spectral_core.scene import (
     Holdout,
     Mesh,
     Metal,
-    MixSurface,
     Principled,
     Scene,
     Sheen,
     Subsurface,
+    SumSurface,
     Surface,
     Translucent,
     Transparent,
     emissions_of,
     leaves,
 )
+from spectral_core.scene.leaves import INNER, parts_of
 from spectral_core.scene.shading import UV_TANGENT
 
 from .context import Translation
@@ -159,15 +160,18 @@ def _adds_metals(surface: Surface | None) -> bool:
     stack = [(surface, False)]
     while stack:  # each node after its sides: a tree may be thousands of mixes deep
         item, are_sides_known = stack.pop()
-        if not isinstance(item, (AddSurface, MixSurface)):
+        if not isinstance(item, INNER):
             has_metal[id(item)] = isinstance(item, Metal)
         elif are_sides_known:
-            sides = has_metal[id(item.first)], has_metal[id(item.second)]
+            sides = [has_metal[id(inner)] for inner in parts_of(item)]
             if isinstance(item, AddSurface) and all(sides):
                 return True
+            if isinstance(item, SumSurface) and sum(sides) > 1:
+                metals = (weight for (weight, _), is_metal in zip(item.parts, sides, strict=True) if is_metal)
+                return sum(weight.constant for weight in metals) > 1
             has_metal[id(item)] = any(sides)
         else:
-            stack += [(item, True), (item.first, False), (item.second, False)]
+            stack += [(item, True), *((inner, False) for inner in parts_of(item))]
     return False
 
 

@@ -15,7 +15,6 @@ from spectral_core.scene.hair import (
     HairLobe,
 )
 from spectral_core.scene.leaves import (
-    Weight,
     emissions_of,
     has_holes,
     leaves,
@@ -46,11 +45,12 @@ from spectral_core.scene.paint import (
     MixedPaint,
     Paint,
     Scalar,
+    Weight,
     gray,
 )
 from spectral_core.scene.passes import Mist, Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths, Rays
-from spectral_core.scene.scene import Note, RenderSettings, Scene, require_scene, scene_hash
+from spectral_core.scene.scene import Material, Note, RenderSettings, Scene, require_scene, scene_hash
 from spectral_core.scene.shading.program import Computed, Program
 from spectral_core.scene.spectral_image import SpectralImage
 from spectral_core.scene.surface import (
@@ -60,7 +60,6 @@ from spectral_core.scene.surface import (
     Glass,
     Glossy,
     Holdout,
-    Material,
     Metal,
     MixSurface,
     Principled,
@@ -69,6 +68,7 @@ from spectral_core.scene.surface import (
     Sheen,
     Subsurface,
     SubsurfaceModel,
+    SumSurface,
     Surface,
     Toon,
     Translucent,
@@ -135,6 +135,7 @@ __all__ = [
     "SpotLight",
     "Subsurface",
     "SubsurfaceModel",
+    "SumSurface",
     "SunLight",
     "Surface",
     "Toon",

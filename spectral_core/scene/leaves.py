@@ -4,41 +4,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
-from spectral_core.scene.paint import ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
+from spectral_core.scene.paint import WHOLE, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage, Weight
 from spectral_core.scene.shading.program import Computed, OnRaised, Program
-from spectral_core.scene.surface import AddSurface, Closure, Emission, Holdout, MixSurface, Principled, Surface
+from spectral_core.scene.surface import (
+    AddSurface,
+    Closure,
+    Emission,
+    Holdout,
+    MixSurface,
+    Principled,
+    SumSurface,
+    Surface,
+)
+
+INNER = (MixSurface, AddSurface, SumSurface)
+"""Surfaces of other surfaces."""
 
 
-@dataclass(frozen=True, slots=True)
-class Weight:
-    """A product of factors and of complements of factors: ``Π value`` or ``Π (1 - value)``."""
-
-    factors: tuple[tuple[Scalar, bool], ...] = ()
-
-    def times(self, value: Scalar, *, complement: bool = False) -> Weight:
-        """This weight times ``value`` or ``1 - value``."""
-        return Weight((*self.factors, (value, complement)))
-
-    @property
-    def constant(self) -> float:
-        """Product of the factors that are plain numbers, each clipped to [0, 1]."""
-        product = 1.0
-        for value, complement in self.factors:
-            if isinstance(value, (int, float)):
-                held = min(max(float(value), 0.0), 1.0)
-                product *= 1 - held if complement else held
-        return product
-
-    @property
-    def varying(self) -> tuple[tuple[Scalar, bool], ...]:
-        """The factors that are not plain numbers."""
-        return tuple(item for item in self.factors if not isinstance(item[0], (int, float)))
-
-
-def weighted_leaves(surface: Surface | None, weight: Weight = Weight()) -> Iterator[tuple[Weight, Closure]]:
+def weighted_leaves(surface: Surface | None, weight: Weight = WHOLE) -> Iterator[tuple[Weight, Closure]]:
     """The closures of a surface's mixes and sums, with their weights; those of weight 0 are omitted."""
     stack: list[tuple[Weight, Surface | None]] = [(weight, surface)]
     while stack:  # no recursion: a tree may be thousands of mixes deep
@@ -50,6 +36,8 @@ def weighted_leaves(surface: Surface | None, weight: Weight = Weight()) -> Itera
             stack.append((amount.times(item.factor, complement=True), item.first))
         elif isinstance(item, AddSurface):
             stack += [(amount, item.second), (amount, item.first)]
+        elif isinstance(item, SumSurface):
+            stack += [(amount.joined(part), inner) for part, inner in reversed(item.parts)]
         else:
             yield amount, item
 
@@ -66,10 +54,17 @@ def leaves(surface: Surface | None) -> Iterator[Closure]:
     stack = [surface]
     while stack:
         item = stack.pop()
-        if isinstance(item, (MixSurface, AddSurface)):
-            stack += [item.second, item.first]
+        if isinstance(item, INNER):
+            stack += reversed(parts_of(item))
         elif item is not None:
             yield item
+
+
+def parts_of(surface: MixSurface | AddSurface | SumSurface) -> list[Surface]:
+    """The surfaces that a mix or sum consists of."""
+    if isinstance(surface, SumSurface):
+        return [inner for _, inner in surface.parts]
+    return [surface.first, surface.second]
 
 
 def emissions_of(surface: Surface | None) -> Iterator[tuple[Paint, Scalar]]:
@@ -86,12 +81,31 @@ def emissions_of(surface: Surface | None) -> Iterator[tuple[Paint, Scalar]]:
 
 
 def map_leaves(surface: Surface, change: Callable[[Closure], Surface]) -> Surface:
-    """The surface with every closure changed; the same object if nothing changes."""
-    if isinstance(surface, (MixSurface, AddSurface)):
-        first, second = map_leaves(surface.first, change), map_leaves(surface.second, change)
-        same = first is surface.first and second is surface.second
-        return surface if same else replace(surface, first=first, second=second)
-    return change(surface)
+    """The surface with every closure changed, one that occurs more than once in the same way; the same object if
+    nothing changes.
+    """
+    changed: dict[int, Surface] = {}
+    stack = [surface]
+    while stack:  # no recursion: a tree may be thousands of mixes deep
+        item = stack[-1]
+        if isinstance(item, INNER):
+            waiting = [inner for inner in parts_of(item) if id(inner) not in changed]
+            if waiting:
+                stack += reversed(waiting)
+                continue
+        if id(item) not in changed:
+            changed[id(item)] = _joined(item, changed) if isinstance(item, INNER) else change(item)
+        stack.pop()
+    return changed[id(surface)]
+
+
+def _joined(surface: MixSurface | AddSurface | SumSurface, changed: dict[int, Surface]) -> Surface:
+    """A mix or sum of changed surfaces."""
+    if all(changed[id(inner)] is inner for inner in parts_of(surface)):
+        return surface
+    if isinstance(surface, SumSurface):
+        return SumSurface(tuple((weight, changed[id(inner)]) for weight, inner in surface.parts))
+    return replace(surface, first=changed[id(surface.first)], second=changed[id(surface.second)])
 
 
 def values_of(surface: Surface | None) -> Iterator[Any]:
@@ -99,10 +113,13 @@ def values_of(surface: Surface | None) -> Iterator[Any]:
     stack: list[Surface | None] = [surface]
     while stack:
         item = stack.pop()
-        if isinstance(item, (MixSurface, AddSurface)):
-            stack += [item.second, item.first]
+        if isinstance(item, INNER):
+            stack += reversed(parts_of(item))
             if isinstance(item, MixSurface):
                 yield item.factor
+            elif isinstance(item, SumSurface):
+                factors = (value for weight, _ in item.parts for value, _ in weight.varying)
+                yield from {id(value): value for value in factors}.values()  # a deep mix has each of them often
         elif item is not None:
             yield from (getattr(item, name) for name in type(item).__slots__)
 

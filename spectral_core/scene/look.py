@@ -16,8 +16,8 @@ from spectral_core.scene.leaves import map_leaves
 from spectral_core.scene.lights import Light, SunLight, World
 from spectral_core.scene.motion import following
 from spectral_core.scene.paint import Color
-from spectral_core.scene.scene import Scene
-from spectral_core.scene.surface import Emission, Material, Principled, ScatteringMedium
+from spectral_core.scene.scene import Material, Scene
+from spectral_core.scene.surface import Emission, Principled, ScatteringMedium
 from spectral_core.spectra.color import RGB_FROM_XYZ, WHITE_XYZ, XYZ_FROM_RGB
 from spectral_core.spectra.observer import normalized, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Spectrum

@@ -146,6 +146,31 @@ Scalar = float | ImageTexture | Computed
 """A number, constant or varying with position (the mean of an image's color channels)."""
 
 
+@dataclass(frozen=True, slots=True)
+class Weight:
+    """A product: ``constant · Π value · Π (1 - value)`` over the ``varying`` values, each clipped to [0, 1]; those that
+    are subtracted from 1 are paired with True.
+    """
+
+    varying: tuple[tuple[Scalar, bool], ...] = ()
+    constant: float = 1.0
+
+    def times(self, value: Scalar, *, complement: bool = False) -> Weight:
+        """This weight times ``value`` or ``1 - value``, clipped to [0, 1]."""
+        if not isinstance(value, (int, float)):
+            return Weight((*self.varying, (value, complement)), self.constant)
+        held = min(max(float(value), 0.0), 1.0)
+        return Weight(self.varying, self.constant * (1 - held if complement else held))
+
+    def joined(self, other: Weight) -> Weight:
+        """The product of two weights."""
+        return Weight((*self.varying, *other.varying), self.constant * other.constant)
+
+
+WHOLE = Weight()
+"""The weight 1."""
+
+
 def gray(value: float) -> Color:
     """The color that is ``value`` in all three channels."""
     return Color(np.full(3, value))

@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -16,10 +16,33 @@ from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
 from spectral_core.scene.motion import Moment, merged
+from spectral_core.scene.paint import Paint, Scalar
 from spectral_core.scene.passes import Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths
-from spectral_core.scene.surface import Material
+from spectral_core.scene.surface import Diffuse, ScatteringMedium, Surface
 from spectral_core.spectra.spectrum import Spectrum
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Material:
+    """A named surface with an optional medium inside. No surface: only the medium is visible.
+
+    ``index``: number for the pass Material Index. ``outputs``: values for AOVs, by name.
+    """
+
+    name: str
+    surface: Surface | None = field(default_factory=Diffuse)
+    medium: ScatteringMedium | None = None
+    index: int = 0
+    outputs: tuple[tuple[str, Paint | Scalar], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError for a color, a spectrum or an image in place of a surface."""
+        if self.surface is not None and not isinstance(self.surface, get_args(Surface)):
+            raise InvalidInputError(
+                f"the surface of material {self.name!r} is {str(self.surface)[:60]}, of type "
+                f"{type(self.surface).__name__}; expected a closure, such as Diffuse(Color((0.8, 0.2, 0.2)))"
+            )
 
 
 @dataclass(frozen=True, slots=True)

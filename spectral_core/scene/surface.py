@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.scene.fluorescent import Fluorescent, Holdout, RayPortal, Transparent
 from spectral_core.scene.geometry import MediumGrid
 from spectral_core.scene.hair import EllipseHair, Hair, HairLobe
-from spectral_core.scene.paint import LARGEST, Color, Numbers, Paint, Scalar, gray
+from spectral_core.scene.paint import LARGEST, Color, Numbers, Paint, Scalar, Weight, gray
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -218,6 +218,15 @@ class AddSurface:
     second: Surface
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SumSurface:
+    """Any number of surfaces at once, each with its weight, which may be above 1; for trees of mixes and sums that read
+    a shader more than once, or that are deep.
+    """
+
+    parts: tuple[tuple[Weight, Surface], ...]
+
+
 Closure = (
     Diffuse
     | Glossy
@@ -237,7 +246,7 @@ Closure = (
     | Hair
     | HairLobe
 )
-Surface = Closure | MixSurface | AddSurface
+Surface = Closure | MixSurface | AddSurface | SumSurface
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -271,25 +280,3 @@ class ScatteringMedium(Numbers):
             require_range("weight of a phase function", weight, 0.0, 1e6)
             require_range("g of a phase function", g, -1.0, 1.0)
             require_range("α of a phase function", alpha, 0.0, 1e6)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Material:
-    """A named surface with an optional medium inside. No surface: only the medium is visible.
-
-    ``index``: number for the pass Material Index. ``outputs``: values for AOVs, by name.
-    """
-
-    name: str
-    surface: Surface | None = field(default_factory=Diffuse)
-    medium: ScatteringMedium | None = None
-    index: int = 0
-    outputs: tuple[tuple[str, Paint | Scalar], ...] = ()
-
-    def __post_init__(self) -> None:
-        """Raise InvalidInputError for a color, a spectrum or an image in place of a surface."""
-        if self.surface is not None and not isinstance(self.surface, get_args(Surface)):
-            raise InvalidInputError(
-                f"the surface of material {self.name!r} is {str(self.surface)[:60]}, of type "
-                f"{type(self.surface).__name__}; expected a closure, such as Diffuse(Color((0.8, 0.2, 0.2)))"
-            )

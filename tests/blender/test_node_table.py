@@ -11,7 +11,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 PAGE = Path(__file__).parents[2] / "docs" / "blender_nodes.md"
-ELSEWHERE = {"GROUP", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT", "OUTPUT_AOV", "LIGHT_FALLOFF"}
+OUTPUTS = {"OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT", "OUTPUT_AOV"}
+ELSEWHERE = {"GROUP", "MIX_SHADER", "ADD_SHADER", "LIGHT_FALLOFF", *OUTPUTS}
 """Nodes that the walk over the tree or the translation of lamps reads, not an evaluator."""
 
 

@@ -11,8 +11,8 @@ from spectral_core.scene.shading import Builder, Program
 
 from .directions import Array, Look
 
-CHUNK = 1 << 18
-"""Directions that are computed together."""
+CHUNK, MOST_VALUES = 1 << 18, 1 << 25
+"""Directions that are computed together, and values of all instructions for them."""
 DIRECTION, OPPOSITE = ("position", "generated"), ("normal", "true_normal", "incoming")
 """What a world's nodes read of a ray: its direction, and the opposite one."""
 
@@ -35,8 +35,9 @@ def along_rays(program: Program, look: Look) -> Program:
 
 def color(program: Program, directions: Array) -> Array:
     """Linear sRGB (n, 3) of a program of ``along_rays`` along directions (n, 3)."""
-    starts = range(0, len(directions), CHUNK)
-    return np.concatenate([_evaluated(program, directions[start : start + CHUNK]) for start in starts])
+    size = min(CHUNK, max(MOST_VALUES // len(program.instructions), 1 << 12))
+    starts = range(0, len(directions), size)
+    return np.concatenate([_evaluated(program, directions[start : start + size]) for start in starts])
 
 
 def _evaluated(program: Program, directions: Array) -> Array:

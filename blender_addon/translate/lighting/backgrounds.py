@@ -14,7 +14,8 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from ..shading.images import linear_pixels
 from ..shading.reader import Reader
-from ..shading.tree import Input, Output, linked
+from ..shading.tree import Output
+from ..shading.walks.shaders import all_inputs, in_order
 
 MOST_ROWS = 1024
 """Rows of a newly drawn environment; twice as many columns."""
@@ -30,27 +31,14 @@ class Term:
     is_planckian: bool = False
 
 
-def depends_on_ray_type(source: Output | None, depth: int = 0) -> bool:
-    """True if a tree depends on the type of ray."""
-    if source is None or depth > 50:
-        return False
-    if source.node.type == "LIGHT_PATH":
-        return True
-    return any(depends_on_ray_type(linked(Input(socket, source.groups)), depth + 1) for socket in source.node.inputs)
-
-
-PLAIN_RAYS = ("Is Camera Ray", "Is Shadow Ray", "Ray Length")
+PLAIN_RAYS = frozenset({"Is Camera Ray", "Is Shadow Ray", "Ray Length"})
 """Outputs of Light Path whose value is known for all rays that light the scene: no shadow ray reaches a world."""
 
 
-def ray_types_of(source: Output | None, depth: int = 0) -> frozenset[str]:
-    """Outputs of Light Path in a tree that differ between rays which light the scene."""
-    if source is None or depth > 50:
-        return frozenset()
-    if source.node.type == "LIGHT_PATH":
-        return frozenset({source.socket.name}) - frozenset(PLAIN_RAYS)
-    places = (linked(Input(socket, source.groups)) for socket in source.node.inputs)
-    return frozenset().union(*(ray_types_of(place, depth + 1) for place in places))
+def light_paths_of(source: Output | None) -> frozenset[str]:
+    """Outputs of Light Path nodes that a tree reads."""
+    before = in_order(source, all_inputs)
+    return frozenset(each.socket.name for each, _ in before if each.node.type == "LIGHT_PATH")
 
 
 def note_ray_type(reader: Reader, name: str) -> None:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ..shading.fields import Value, value_of
 from ..shading.reader import Reader
-from ..shading.tree import Input, linked
+from ..shading.tree import Input, Output, linked
+from ..shading.walks.shaders import folded, is_sum, shader_inputs
 from .light_inputs import color_of_own_spectrum
 
 Array = NDArray[np.float64]
@@ -40,26 +41,35 @@ def of_light_path(name: str, *, camera: bool) -> float:
 
 def shining(reader: Reader, place: Input) -> Value:
     """Linear sRGB of a world's shader, as a result of the reader's program."""
-    source = linked(place)
-    if source is None:
-        return reader.literal(np.zeros(3))
-    kind = source.node.type
-    if kind in ("BACKGROUND", "EMISSION"):
-        own = color_of_own_spectrum(reader, source)
-        color = _value(reader, source.input("Color"), 1.0) if own is None else reader.literal(own)
-        strength = _value(reader, source.input("Strength"), 1.0).as_number()
-        return reader.emit("vector_math", color, strength, 0.0, 0.0, settings=("MULTIPLY",))
-    places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]
-    if kind == "MIX_SHADER":
-        factor = _value(reader, source.input("Fac") or source.input("Factor"), 0.5).as_number()
-        share = reader.emit("clamp", factor, 0.0, 1.0, settings=("MINMAX",))
-        return reader.emit("mix_vector", share, *(shining(reader, item) for item in places))
-    if kind == "ADD_SHADER":
-        first, second = (shining(reader, item) for item in places)
-        return reader.emit("vector_math", first, second, 0.0, 0.0, settings=("ADD",))
+    black = reader.literal(np.zeros(3))
+
+    def made(source: Output, parts: list[Value]) -> Value:
+        kind = source.node.type
+        if kind in ("BACKGROUND", "EMISSION"):
+            own = color_of_own_spectrum(reader, source)
+            color = _value(reader, source.input("Color"), 1.0) if own is None else reader.literal(own)
+            strength = _value(reader, source.input("Strength"), 1.0).as_number()
+            return reader.emit("vector_math", color, strength, 0.0, 0.0, settings=("MULTIPLY",))
+        if kind == "MIX_SHADER":
+            share = reader.share(source.input("Fac") or source.input("Factor"), 0.5)
+            return reader.emit("mix_vector", share, *parts)
+        if kind == "ADD_SHADER":
+            return reader.emit("vector_math", *parts, 0.0, 0.0, settings=("ADD",))
+        note_unsupported(reader, source)
+        return parts[0] if parts else black
+
+    return folded(linked(place), made, black, shaders_of_world)
+
+
+def shaders_of_world(source: Output) -> list[Input]:
+    """The shaders that a node of a world shows: those of a mix or sum, the first one that is linked of another node."""
+    places = shader_inputs(source)
+    return places if is_sum(source) else [place for place in places if linked(place) is not None][:1]
+
+
+def note_unsupported(reader: Reader, source: Output) -> None:
+    """Note a shader that is no background, mix or sum."""
     reader.note(f"the world's shader {source.label!r} is not supported; the first background in it was used")
-    places = [item for item in places if linked(item) is not None][:1]
-    return shining(reader, places[0]) if places else reader.literal(np.zeros(3))
 
 
 def _value(reader: Reader, place: Input | None, other: float) -> Value:

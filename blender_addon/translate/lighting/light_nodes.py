@@ -20,6 +20,7 @@ from ..shading.color_nodes import KELVIN
 from ..shading.fields import Value, color_of_spectrum, value_of
 from ..shading.reader import Reader
 from ..shading.tree import Input, Output, linked, surface_output
+from ..shading.walks.shaders import folded, is_sum
 from .lamp_reader import LampReader
 from .light_inputs import BROKEN, FALLOFF_POWERS, color_of_own_spectrum, luminaire_of
 
@@ -87,32 +88,31 @@ def _of_nodes(reader: LampReader) -> Shine:
     return _varying(reader, source) if plain is None else plain
 
 
-def _plain(reader: LampReader, source: Output, depth: int = 0) -> Shine | None:
+def _plain(reader: LampReader, source: Output) -> Shine | None:
     """Emission of one color, with the usual falloffs and luminaires, or a mix of such; None if it varies otherwise."""
-    node = source.node
-    if node.type == "EMISSION":
-        return _emission(reader, source)
-    if depth > 50:
-        return None
-    if node.type not in SUMS:
-        _note_dark(reader, source)
-        return Shine(BLACK)
-    inputs = [Input(socket, source.groups) for socket in node.inputs if socket.type == "SHADER"]
-    weights = [1.0, 1.0]
-    if node.type == "MIX_SHADER":
-        share = value_of(reader.field(_factor(source))).constant
-        if share is None:
-            return None
-        weights = [1.0 - float(np.clip(share[0], 0, 1)), float(np.clip(share[0], 0, 1))]
-    parts: list[Shine] = []
-    for weight, place in zip(weights, inputs, strict=False):
-        found = linked(place)
-        part = None if found is None else _plain(reader, found, depth + 1)
-        if found is not None and part is None:
-            return None
-        if part is not None and weight > 0 and not _is_dark(part):
-            parts.append(replace(part, factor=weight * part.factor))
-    return _sum(parts)
+
+    def made(shader: Output, parts: list[Shine | None]) -> Shine | None:
+        if shader.node.type == "EMISSION":
+            return _emission(reader, shader)
+        if not is_sum(shader):
+            _note_dark(reader, shader)
+            return Shine(BLACK)
+        weights = [1.0, 1.0]
+        if shader.node.type == "MIX_SHADER":
+            share = reader.share(_factor(shader), 0.5).constant
+            if share is None:
+                return None
+            weights = [1.0 - float(share[0]), float(share[0])]
+        lit = []
+        for weight, part in zip(weights, parts, strict=True):
+            if part is None:
+                return None
+            if weight > 0 and not _is_dark(part):
+                lit.append(replace(part, factor=weight * part.factor))
+        return _sum(lit)
+
+    dark: Shine | None = Shine(BLACK)
+    return folded(source, made, dark)
 
 
 def _note_dark(reader: Reader, source: Output) -> None:
@@ -138,9 +138,6 @@ def _sum(parts: list[Shine]) -> Shine | None:
         return None
     light, factor = sum_of_lights(spectral)
     return Shine(light, factor, is_planckian=all(part.is_planckian for part in parts))
-
-
-SUMS = ("MIX_SHADER", "ADD_SHADER")
 
 
 def _factor(source: Output) -> Input:
@@ -175,31 +172,41 @@ def _color(reader: LampReader, source: Output) -> Spectrum | Value:
 
 def _strength(reader: LampReader, place: Input | None) -> Shine | None:
     """A number, a Light Falloff or IES node, or one such node times numbers; None for any other strength."""
-    source = linked(place)
-    kind = "" if source is None else source.node.type
-    if source is not None and kind == "LIGHT_FALLOFF":
-        inner = _strength(reader, source.input("Strength"))
-        smooth = value_of(reader.field(source.input("Smooth"))).constant  # type: ignore[arg-type]
-        if inner is None or inner.falloff != EVEN or smooth is None:
+    shine = Shine(WHITE)
+    while (source := linked(place)) is not None:
+        node, inner = source.node, source.input("Strength")
+        if node.type == "LIGHT_FALLOFF":
+            smooth = _constant(reader, source.input("Smooth"))
+            if shine.falloff != EVEN or smooth is None:
+                return None
+            if not reader.is_far:
+                shine = replace(shine, falloff=Falloff(FALLOFF_POWERS.get(source.socket.name, 0), max(smooth, 0.0)))
+        elif node.type == "TEX_IES" and reader.lamp.type in ("POINT", "SPOT"):
+            is_turned = linked(source.input("Vector")) is not None or not _keeps_angles(reader.matrix)
+            if shine.photometry is not None or is_turned:
+                return None
+            table = luminaire_of(reader, node)
+            by = BROKEN if table is None else 1.0
+            shine = replace(shine, factor=shine.factor * by, photometry=table)
+        elif _constant(reader, place) is not None:
+            break
+        elif node.type == "MATH" and node.operation == "MULTIPLY" and not node.use_clamp:
+            places = [Input(socket, source.groups) for socket in node.inputs[:2]]
+            amounts = [_constant(reader, each) for each in places]
+            known = [amount for amount in amounts if amount is not None]
+            if len(known) != 1:
+                return None
+            shine, inner = replace(shine, factor=shine.factor * known[0]), places[amounts.index(None)]
+        else:
             return None
-        falloff = Falloff(FALLOFF_POWERS.get(source.socket.name, 0), max(float(smooth[0]), 0.0))
-        return inner if reader.is_far else replace(inner, falloff=falloff)
-    if source is not None and kind == "TEX_IES" and reader.lamp.type in ("POINT", "SPOT"):
-        inner = _strength(reader, source.input("Strength"))
-        is_turned = linked(source.input("Vector")) is not None or not _keeps_angles(reader.matrix)
-        if inner is None or inner.photometry is not None or is_turned:
-            return None
-        table = luminaire_of(reader, source.node)
-        return replace(inner, factor=inner.factor * BROKEN) if table is None else replace(inner, photometry=table)
-    if source is not None and kind == "MATH" and source.node.operation == "MULTIPLY" and not source.node.use_clamp:
-        first, second = (_strength(reader, Input(socket, source.groups)) for socket in source.node.inputs[:2])
-        if first is None or second is None or (first.is_shaped and second.is_shaped):
-            return None
-        return replace(first if first.is_shaped else second, factor=first.factor * second.factor)
-    value = None if place is None else value_of(reader.field(place)).constant
-    if place is not None and value is None:
-        return None
-    return Shine(WHITE, reader.number(place, 1.0))
+        place = inner
+    return replace(shine, factor=shine.factor * reader.number(place, 1.0))
+
+
+def _constant(reader: LampReader, place: Input | None) -> float | None:
+    """A socket as a number; None if it varies."""
+    found = None if place is None else value_of(reader.field(place), reader.builder).as_number().constant
+    return None if found is None else float(found[0])
 
 
 def _keeps_angles(matrix: NDArray[np.float64]) -> bool:
@@ -228,22 +235,21 @@ def _computed(value: Value, width: int) -> Computed:
     return Computed(value.program(width))
 
 
-def radiance_of(reader: Reader, source: Output, depth: int = 0) -> Value:
+def radiance_of(reader: Reader, source: Output) -> Value:
     """Radiance of a tree of Emission nodes as a color; other shaders count as black, with a note."""
-    node = source.node
-    if node.type == "EMISSION":
-        own = color_of_own_spectrum(reader, source)
-        color = reader.read(source, "Color", np.ones(3)) if own is None else reader.literal(own)
-        strength = reader.read(source, "Strength", 1.0).as_number()
-        return reader.emit("vector_math", color, strength, 0.0, 0.0, settings=("MULTIPLY",))
-    if node.type not in SUMS or depth > 50:
-        _note_dark(reader, source)
-        return reader.literal(np.zeros(3))
-    inputs = [linked(Input(socket, source.groups)) for socket in node.inputs if socket.type == "SHADER"]
-    first, second = (
-        reader.literal(np.zeros(3)) if part is None else radiance_of(reader, part, depth + 1) for part in inputs
-    )
-    if node.type == "ADD_SHADER":
-        return reader.emit("vector_math", first, second, 0.0, 0.0, settings=("ADD",))
-    share = reader.emit("clamp", reader.as_value(reader.field(_factor(source))), 0.0, 1.0, settings=("MINMAX",))
-    return reader.emit("mix_vector", share, first, second)
+    black = reader.literal(np.zeros(3))
+
+    def made(shader: Output, parts: list[Value]) -> Value:
+        if shader.node.type == "EMISSION":
+            own = color_of_own_spectrum(reader, shader)
+            color = reader.read(shader, "Color", np.ones(3)) if own is None else reader.literal(own)
+            strength = reader.read(shader, "Strength", 1.0).as_number()
+            return reader.emit("vector_math", color, strength, 0.0, 0.0, settings=("MULTIPLY",))
+        if shader.node.type == "ADD_SHADER":
+            return reader.emit("vector_math", *parts, 0.0, 0.0, settings=("ADD",))
+        if shader.node.type == "MIX_SHADER":
+            return reader.emit("mix_vector", reader.share(_factor(shader), 0.5), *parts)
+        _note_dark(reader, shader)
+        return black
+
+    return folded(source, made, black)

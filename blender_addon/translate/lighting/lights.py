@@ -15,6 +15,7 @@ from ..context import Translation
 from ..frames import NO_LENGTH, rigid
 from ..ledger import note_changed, note_nodes
 from ..shading.attributes import object_info
+from ..shading.tree import searched_once
 from ..visibility import cycles_settings, hidden_from, seen_as
 from .lamp_reader import LampReader
 from .light_nodes import shine_of
@@ -36,7 +37,8 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
     for item in (lamp, getattr(lamp, "cycles", None)):
         note_changed(translation, name, item)
     note_nodes(translation, name, compat.node_tree(lamp))
-    shine = shine_of(_reader(translation, obj, instance, matrix))
+    with searched_once():
+        shine = shine_of(_reader(translation, obj, instance, matrix))
     color, power = shine.color, lamp.energy * compat.light_exposure_factor(lamp) * shine.factor
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
         return None

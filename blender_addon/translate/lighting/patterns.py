@@ -20,8 +20,9 @@ from ..context import Translation
 from ..shading.reader import Reader
 from ..shading.texture_nodes import is_moved_by_panel
 from ..shading.tree import Input, Output, linked
+from ..shading.walks.shaders import in_order, shader_inputs
 from .along_rays import along_rays, color
-from .backgrounds import Term, depends_on_ray_type, directions_of, environment_of, note_ray_type, ray_types_of
+from .backgrounds import PLAIN_RAYS, Term, directions_of, environment_of, light_paths_of, note_ray_type
 from .directions import Array, Look, shining
 from .fineness import MOST_DIFFERENCE, SHARP_DIFFERENCE, difference, everywhere, in_frame
 
@@ -37,21 +38,18 @@ R2 = np.array([0.7548776662466927, 0.5698402909980532])
 
 def needs_directions(output: Any) -> bool:
     """True if a world is more than plain colors and environment images, mixed by plain numbers."""
-    return output is not None and _varies(linked(Input(output.inputs["Surface"])), 0)
+    source = None if output is None else linked(Input(output.inputs["Surface"]))
+    return any(_varies(each) for each, _ in in_order(source, shader_inputs))
 
 
-def _varies(source: Output | None, depth: int) -> bool:
-    if source is None or depth > 50:
-        return False
+def _varies(source: Output) -> bool:
+    """True if one shader varies by itself."""
     kind = source.node.type
     if kind in ("BACKGROUND", "EMISSION"):
         color = linked(source.input("Color"))
         plain = color is None or _is_plain(color) or _is_placed_image(color)
         return not plain or not _is_number(source.input("Strength")) or _is_negative(source.input("Strength"))
-    if kind == "MIX_SHADER" and not _is_number(source.input("Fac") or source.input("Factor")):
-        return True
-    shaders = (Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER")
-    return any(_varies(linked(place), depth + 1) for place in shaders)
+    return kind == "MIX_SHADER" and not _is_number(source.input("Fac") or source.input("Factor"))
 
 
 PLAIN = ("RGB", "BLACKBODY", "WAVELENGTH", "CUSTOM GROUP")
@@ -100,16 +98,23 @@ def _is_placed_image(source: Output) -> bool:
     )
 
 
-def follows_camera(tree: Any) -> bool:
-    """True if nodes of a tree or of its groups use the space or the frame of the camera."""
-    for node in () if tree is None else tree.nodes:
+def follows_camera(tree: Any, seen: set[int] | None = None) -> bool:
+    """True if nodes of a tree or of its groups use the space or the frame of the camera.
+
+    ``seen``: trees that do not.
+    """
+    seen = set() if seen is None else seen
+    if tree is None or tree.as_pointer() in seen:
+        return False
+    seen.add(tree.as_pointer())
+    for node in tree.nodes:
         if node.type == "CAMERA":
             return True
         if node.type == "VECT_TRANSFORM" and "CAMERA" in (node.convert_from, node.convert_to):
             return True
         if node.type == "TEX_COORD" and any(node.outputs[name].is_linked for name in ("Camera", "Window")):
             return True
-        if node.type == "GROUP" and follows_camera(node.node_tree):
+        if node.type == "GROUP" and follows_camera(node.node_tree, seen):
             return True
     return False
 
@@ -128,8 +133,9 @@ def world_light(
     radiance = shining(reader, Input(output.inputs["Surface"])).program(3)
     heights = [image.pixels.shape[0] for image in reader.builder.images if id(image) not in reader.skies]
     rows = min(max([ROWS, *heights]), MOST_ROWS)
-    tells = depends_on_ray_type(source)
-    for name in sorted(ray_types_of(source)):
+    paths = light_paths_of(source)
+    tells = bool(paths)
+    for name in sorted(paths - PLAIN_RAYS):
         note_ray_type(reader, name)
     looks = [Look(view, camera=is_camera, window=window) for is_camera in ((False, True) if tells else (False,))]
     is_shown = is_seen and not translation.scene.render.film_transparent

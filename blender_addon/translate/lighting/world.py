@@ -24,10 +24,11 @@ from ..shading.images import image_of_node
 from ..shading.media import medium_everywhere
 from ..shading.reader import Reader
 from ..shading.texture_nodes import mapping_matrix
-from ..shading.tree import Input, Output, linked, surface_output
+from ..shading.tree import Input, Output, linked, searched_once, surface_output
+from ..shading.walks.shaders import in_order
 from ..visibility import cycles_settings, world_hidden_from
-from .backgrounds import PLAIN_RAYS, Term, depends_on_ray_type, joined, note_ray_type, resampled
-from .directions import of_light_path
+from .backgrounds import PLAIN_RAYS, Term, joined, light_paths_of, note_ray_type, resampled
+from .directions import note_unsupported, of_light_path, shaders_of_world
 from .patterns import needs_directions, world_light
 
 
@@ -40,6 +41,14 @@ def translate_world(
     """
     if world is None:
         return World(), ()
+    with searched_once():
+        return _translated(translation, world, camera, is_seen=is_seen)
+
+
+def _translated(
+    translation: Translation, world: Any, camera: Any, *, is_seen: bool
+) -> tuple[World, tuple[SunLight, ...]]:
+    """``translate_world`` of a world, not of None."""
     inlined = compat.inlined(world)
     tree = compat.node_tree(world) if inlined is None else inlined.node_tree
     for item in (world, getattr(world, "cycles", None)):
@@ -100,29 +109,35 @@ def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
     if output is None:
         return [], []
     source = linked(Input(output.inputs["Surface"]))
-    light = _terms(reader, source, 1.0, camera=False)
+    light = _terms(reader, source, camera=False)
     # a world that does not distinguish rays is read once, so that both are the same
-    return light, _terms(reader, source, 1.0, camera=True) if depends_on_ray_type(source) else light
+    return light, _terms(reader, source, camera=True) if light_paths_of(source) else light
 
 
-def _terms(reader: Reader, source: Output | None, weight: float, *, camera: bool) -> list[Term]:
+def _terms(reader: Reader, source: Output | None, *, camera: bool) -> list[Term]:
     """The backgrounds in a shader's sum, each with its weight in its strength."""
-    if source is None or weight == 0:
-        return []
-    kind = source.node.type
-    if kind in ("BACKGROUND", "EMISSION"):
-        return [_background(reader, source, weight, camera=camera)]
-    places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]
-    weights = [weight] * len(places)
-    if kind == "MIX_SHADER":
-        share = _number(reader, source.input("Fac") or source.input("Factor"), 0.5, camera=camera)
-        share = min(max(share, 0.0), 1.0)
-        weights = [weight * (1 - share), weight * share]
-    elif kind != "ADD_SHADER":
-        reader.note(f"the world's shader {source.label!r} is not supported; the first background in it was used")
-        places = [place for place in places if linked(place) is not None][:1]
-    found = (_terms(reader, linked(place), w, camera=camera) for place, w in zip(places, weights, strict=False))
-    return [term for terms in found for term in terms]
+    found: list[Term] = []
+    order = in_order(source, shaders_of_world)
+    weights = {item: 0.0 for item, _ in order}
+    if source is not None:
+        weights[source] = 1.0
+    for item, before in reversed(order):  # each shader after those that read it
+        weight, shares = weights[item], [1.0] * len(before)
+        if weight == 0:
+            continue
+        kind = item.node.type
+        if kind in ("BACKGROUND", "EMISSION"):
+            found.append(_background(reader, item, weight, camera=camera))
+        elif kind == "MIX_SHADER":
+            share = _number(reader, item.input("Fac") or item.input("Factor"), 0.5, camera=camera)
+            share = min(max(share, 0.0), 1.0)
+            shares = [1 - share, share]
+        elif kind != "ADD_SHADER":
+            note_unsupported(reader, item)
+        for part, by in zip(before, shares, strict=True):
+            if part is not None:
+                weights[part] += weight * by
+    return found[::-1]
 
 
 def _number(reader: Reader, place: Input | None, fallback: float, *, camera: bool) -> float:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -62,21 +61,14 @@ def default_volume() -> TranslatedMaterial:
 
 CHANCE_RAYS = frozenset(f"ray:Is {kind} Ray" for kind in ("Diffuse", "Glossy", "Reflection", "Transmission"))
 """Types that a ray has only if it hits the light by chance: rays to a sampled light have none of them."""
-MOST_FRAMES = 50_000
-"""Python's limit on nested calls while a material is read: a chain of a thousand nodes needs more than its default."""
 
 
 def translate_material(translation: Translation, material: Any) -> TranslatedMaterial:
     """Material of a ``bpy.types.Material``; None is the plain default."""
     if material is None:
         return TranslatedMaterial(NO_MATERIAL, frozenset())
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, MOST_FRAMES))
-    try:
-        with searched_once():
-            return _translate(translation, material)
-    finally:
-        sys.setrecursionlimit(before)
+    with searched_once():
+        return _translate(translation, material)
 
 
 def _translate(translation: Translation, material: Any) -> TranslatedMaterial:

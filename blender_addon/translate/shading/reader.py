@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,10 @@ from ..context import Translation
 from .attributes import UNDISPLACED
 from .fields import Field, Mixed, Value, daylight_picture, mean_color, paint_of, scalar_of, value_of
 from .tree import Input, Output
+from .walks.deep import Results
 
 NEUTRAL = 0.5
 """Gray in place of a missing picture or pattern."""
-MOST_NESTED = 2000
-"""Most nodes in a chain."""
-
 
 NUMBERS = ("VALUE", "INT", "BOOLEAN")
 """Types of sockets that hold one number."""
@@ -55,8 +54,7 @@ class Reader:
     is_far: bool = False
     """True for what is infinitely far: suns and worlds."""
     in_world: bool = False
-    _known: dict[Any, Field] = field(default_factory=dict)
-    _open: set[Any] = field(default_factory=set)
+    _results: Results[Field] = field(default_factory=Results)
     skies: dict[int, tuple[ImageTexture, Atmosphere, float, float]] = field(default_factory=dict)
     """Pictures of skies by their ``id``, with their settings, the angle of the sun's disk (0: none), its intensity."""
 
@@ -99,11 +97,12 @@ class Reader:
 
     def factor(self, place: Input | None, fallback: float) -> Scalar:
         """Factor of a mix, clipped to [0, 1] as in Blender."""
-        if place is None:
-            return fallback
-        value = self.as_value(self.field(place))
-        held = scalar_of(self.emit("clamp", value, 0.0, 1.0, settings=("MINMAX",)))
-        return self._finite(held, place) if isinstance(held, float) else held
+        return scalar_of(self.share(place, fallback))
+
+    def share(self, place: Input | None, fallback: float) -> Value:
+        """``factor`` as a result of the program."""
+        value = self.literal(fallback) if place is None else self.as_value(self.field(place)).as_number()
+        return self.emit("clamp", value, 0.0, 1.0, settings=("MINMAX",))
 
     def vector(self, place: Input | None, fallback: float) -> np.ndarray:
         """A vector socket (3,) that does not vary."""
@@ -152,19 +151,20 @@ class Reader:
             return self.constant(place)
         key = (source.socket.as_pointer(), tuple(group.as_pointer() for group in source.groups), self.shift,
                self.undisplaced, self.raised is None)  # fmt: skip
-        if key in self._known:
-            return self._known[key]
-        if key in self._open or len(self._open) > MOST_NESTED:
-            self.note(f"the node {source.label!r} reads itself or too long a chain; 0 was used")
-            return self.literal(0.0)
-        self._open.add(key)
-        try:
-            read = EVALUATORS.get(source.node.type or source.node.bl_idname)  # newer nodes have no type
-            found = self.unknown(source) if read is None else self.as_field(read(self, source), source.socket.type)
-        finally:
-            self._open.discard(key)
-        self._known[key] = found
-        return found
+        return self._results.of(
+            key, partial(self._read, source, self.shift, self.undisplaced), partial(self._in_circle, source)
+        )
+
+    def _read(self, source: Output, shift: int, undisplaced: bool) -> Field:
+        """What an output gives at a step along the surface, of positions before or after the displacement."""
+        read = EVALUATORS.get(source.node.type or source.node.bl_idname)  # newer nodes have no type
+        with self.shifted(shift), self.before_displacement(undisplaced):
+            return self.unknown(source) if read is None else self.as_field(read(self, source), source.socket.type)
+
+    def _in_circle(self, source: Output) -> Field:
+        """In place of a node that reads itself."""
+        self.note(f"the node {source.label!r} reads itself; 0 was used")
+        return self.literal(0.0)
 
     def as_field(self, found: Any, kind: str) -> Field:
         """Result of an evaluator as a field; plain numbers and colors become constants."""
@@ -263,6 +263,8 @@ class Reader:
 
     def mix(self, factor: Value, first: Field, second: Field) -> Field:
         """A mix of two fields: kept separate if one is a spectrum, else computed."""
+        if first is second:
+            return first
         amount = self.builder.constant(factor.as_width(1))
         if amount is not None and amount[0] in (0.0, 1.0):
             return second if amount[0] else first

@@ -18,7 +18,6 @@ from spectral_core.scene import (
     Glossy,
     Holdout,
     Metal,
-    MixSurface,
     RayPortal,
     Scalar,
     Sheen,
@@ -34,7 +33,7 @@ from spectral_core.spectra.spectrum import Spectrum
 from .. import spectra
 from ..lighting import light_inputs  # noqa: F401  (as below)
 from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (importing the node modules registers their evaluators)
-from .fields import scalar_of
+from .fields import Value, scalar_of
 from .hair import hair_lobe, principled_hair
 from .principled import principled
 from .reader import Reader
@@ -49,6 +48,8 @@ from .shader_inputs import (
     varying_ior,
 )
 from .tree import Input, Output, linked
+from .walks.shaders import folded, sum_inputs
+from .walks.sums import Sums
 
 FACETS: dict[str, Literal["beckmann", "ashikhmin"]] = {"BECKMANN": "beckmann", "ASHIKHMIN_SHIRLEY": "ashikhmin"}
 """Distributions of facets other than GGX."""
@@ -58,9 +59,32 @@ BLACK = Diffuse(gray(0.0))
 
 def surface_of(reader: Reader, place: Input | None) -> Surface:
     """The surface at a shader socket; black without a link, as in Cycles."""
-    source = linked(place)
-    if source is None:
-        return BLACK
+    sums, shares = Sums(reader), dict[Output, Value]()
+
+    def places(source: Output) -> list[Input]:
+        """The shaders that a mix or sum reads: one of a mix whose factor is 0 or 1."""
+        inputs = sum_inputs(source)
+        if source.node.type != "MIX_SHADER":
+            return inputs
+        share = shares[source] = reader.share(source.input("Fac") or source.input("Factor"), 0.5)
+        amount = share.constant
+        return inputs if amount is None or amount[0] not in (0.0, 1.0) else [inputs[int(amount[0])]]
+
+    def made(source: Output, parts: list[Surface | None]) -> Surface | None:
+        if source.node.type == "MIX_SHADER":
+            ends = [BLACK if part is None else part for part in parts]
+            return ends[0] if len(ends) == 1 else sums.mixed(shares[source], ends[0], ends[1])
+        if source.node.type == "ADD_SHADER":
+            fed = [part for part in parts if part is not None]
+            return AddSurface(fed[0], fed[1]) if len(fed) == 2 else (fed or [BLACK])[0]
+        return _closure(reader, source)
+
+    found = folded(linked(place), made, None, places)
+    return BLACK if found is None else sums.settled(found, BLACK)
+
+
+def _closure(reader: Reader, source: Output) -> Surface:
+    """The surface of a shader that reads no others."""
     read = SURFACES.get(source.node.type)
     if read is None:
         reader.note(f"the shader {source.label!r} is not supported; a plain diffuse surface was used")
@@ -174,23 +198,6 @@ def _scaled(reader: Reader, output: Output, factor: float) -> Scalar:
     return min(scaled, LARGEST) if isinstance(scaled, float) else scaled
 
 
-def _mix(reader: Reader, output: Output) -> Surface:
-    factor = reader.factor(output.input("Fac") or output.input("Factor"), 0.5)
-    first, second = [socket for socket in output.node.inputs if socket.type == "SHADER"][:2]
-    if isinstance(factor, float) and factor in (0.0, 1.0):
-        return surface_of(reader, Input(second if factor else first, output.groups))
-    ends = [surface_of(reader, Input(socket, output.groups)) for socket in (first, second)]
-    return MixSurface(factor, ends[0], ends[1])
-
-
-def _add(reader: Reader, output: Output) -> Surface:
-    sources = [Input(socket, output.groups) for socket in output.node.inputs if socket.type == "SHADER"]
-    fed = [surface_of(reader, place) for place in sources if linked(place) is not None]
-    if not fed:
-        return BLACK
-    return fed[0] if len(fed) == 1 else AddSurface(fed[0], fed[1])
-
-
 def _holdout(reader: Reader, output: Output) -> Surface:
     return Holdout()
 
@@ -241,8 +248,6 @@ SURFACES: dict[str, Callable[[Reader, Output], Surface]] = {
     "BSDF_RAY_PORTAL": _portal,
     "EMISSION": _emission,
     "BACKGROUND": _emission,
-    "MIX_SHADER": _mix,
-    "ADD_SHADER": _add,
     "HOLDOUT": _holdout,
     "EEVEE_SPECULAR": _eevee,
 }

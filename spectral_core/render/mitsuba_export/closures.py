@@ -32,10 +32,12 @@ from spectral_core.scene import (
     RayPortal,
     Sheen,
     Subsurface,
+    SumSurface,
     Surface,
     Toon,
     Translucent,
     Transparent,
+    Weight,
     gray,
     weighted_leaves,
 )
@@ -66,15 +68,20 @@ def emitter(draft: Draft, surface: Surface | None, subject: str) -> xml.Element 
             continue
         if not isinstance(strength, (int, float)) or weight.varying:
             draft.note(subject, "emits light of a strength that varies over the surface; its mean is written")
-        factor = float(weight.constant) * _mean(strength)
-        for value, complement in weight.varying:
-            factor *= 1 - _mean(value) if complement else _mean(value)
+        factor = _mean_weight(weight) * _mean(strength)
         if factor > 0:
             terms.append((color, factor))
     if not terms:
         return None
     draft.note(subject, "emits light from the front of its faces only; Blender's surfaces emit from both sides")
     return xml.plugin("emitter", "area", _radiance(draft, terms, subject))
+
+
+def _mean_weight(weight: Weight) -> float:
+    factor = float(weight.constant)
+    for value, complement in weight.varying:
+        factor *= 1 - _mean(value) if complement else _mean(value)
+    return factor
 
 
 def _mean(value: Any) -> float:
@@ -104,6 +111,10 @@ def _surface(draft: Draft, surface: Surface, subject: str, depth: int) -> xml.El
         return _mix(draft, surface, subject, depth)
     if isinstance(surface, AddSurface):
         return _sum(draft, surface, subject, depth)
+    if isinstance(surface, SumSurface):
+        shares = [(_mean_weight(weight), part) for weight, part in surface.parts if not isinstance(part, Emission)]
+        draft.note(subject, "adds surfaces with weights; the means of their weights, with a sum of 1, are written")
+        return _shares(draft, [share for share in shares if share[0] > 0], subject, depth)
     if getattr(surface, "normal", None) is not None:
         draft.note(subject, "its bump or normal map is left out; Mitsuba's need an image of heights or normals")
     return CLOSURES[type(surface)](draft, surface, subject)
@@ -139,6 +150,16 @@ def _sum(draft: Draft, surface: AddSurface, subject: str, depth: int) -> xml.Ele
     draft.note(subject, "adds two surfaces; Mitsuba mixes only, so half of each is written")
     parts = (_surface(draft, part, subject, depth + 1) for part in lit)
     return xml.plugin("bsdf", "blendbsdf", xml.number("weight", 0.5), *parts)
+
+
+def _shares(draft: Draft, shares: list[tuple[float, Surface]], subject: str, depth: int) -> xml.Element:
+    """A blend of surfaces in proportion to their shares, halved until each is alone."""
+    if len(shares) < 2:
+        return _surface(draft, shares[0][1], subject, depth + 1) if shares else _black(draft)
+    ends = shares[: len(shares) // 2], shares[len(shares) // 2 :]
+    first, second = (sum(share for share, _ in end) for end in ends)
+    parts = (_shares(draft, end, subject, depth + 1) for end in ends)
+    return xml.plugin("bsdf", "blendbsdf", xml.number("weight", second / (first + second)), *parts)
 
 
 def _diffuse(draft: Draft, closure: Any, subject: str) -> xml.Element:

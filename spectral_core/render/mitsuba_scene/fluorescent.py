@@ -17,6 +17,7 @@ from spectral_core.render.plugins.surfaces.sources import Lobe
 from spectral_core.render.trace.reradiation import Dyed, Reradiation
 from spectral_core.scene import Color, Fluorescent, Scene, Weight, leaves
 from spectral_core.scene.fluorescent import EXCITED_NM
+from spectral_core.scene.paint import WHOLE
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import integration_points, xyz_of
 from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
@@ -40,7 +41,7 @@ def fluorescent_lobes(
         yield weight, Lobe("diffuse", {"color": paint.color(context, color, subject)})
         return
     if any(amount > 0 for amount in closure.amounts):
-        texture = None if not weight.factors else weight_texture(context, weight, subject)
+        texture = None if weight == WHOLE else weight_texture(context, weight, subject)
         context.dyed.setdefault(subject, Dyed()).parts.append((closure, texture))
         if closure.normal is not None:
             context.note(subject, ABOVE_BUMPS)

@@ -17,7 +17,8 @@ from ... import spectra
 from ..color_nodes import planckian
 from ..fields import Value, mean_color, paint_of
 from ..reader import Reader
-from ..tree import Input, Output, linked
+from ..tree import Output, linked
+from ..walks.shaders import folded
 from .filling import Filling
 from .phases import Lobes, lobes_of
 
@@ -48,13 +49,21 @@ def nothing(reader: Reader) -> Fill:
 
 def fill_of(reader: Reader, source: Output | None) -> Fill:
     """The medium of a volume shader; empty, with a note, for an unsupported one."""
-    if source is None:
-        return nothing(reader)
-    read = FILLS.get(source.node.type)
-    if read is None:
-        reader.note(f"the volume shader {source.label!r} is not supported; it is left out")
-        return nothing(reader)
-    return read(reader, source)
+
+    def made(shader: Output, parts: list[Fill]) -> Fill:
+        if shader.node.type == "ADD_SHADER":
+            return _sum(reader, parts)
+        if shader.node.type == "MIX_SHADER":
+            share = reader.share(shader.input("Fac") or shader.input("Factor"), 0.5)
+            rest = reader.emit("math", 1.0, share, 0.0, settings=("SUBTRACT",))
+            return _sum(reader, [part.times(reader, by) for part, by in zip(parts, (rest, share), strict=True)])
+        read = FILLS.get(shader.node.type)
+        if read is None:
+            reader.note(f"the volume shader {shader.label!r} is not supported; it is left out")
+            return nothing(reader)
+        return read(reader, shader)
+
+    return folded(source, made, nothing(reader))
 
 
 def _scatter(reader: Reader, source: Output) -> Fill:
@@ -131,28 +140,15 @@ def _principled(reader: Reader, source: Output) -> Fill:
     )  # fmt: skip
 
 
-def _add(reader: Reader, source: Output) -> Fill:
-    places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"]
-    return _sum(reader, [fill_of(reader, linked(place)) for place in places])
-
-
-def _mix(reader: Reader, source: Output) -> Fill:
-    place = source.input("Fac") or source.input("Factor")
-    share = reader.as_value(0.5 if place is None else reader.field(place))
-    share = reader.emit("clamp", share, 0.0, 1.0, settings=("MINMAX",))
-    rest = reader.emit("math", 1.0, share, 0.0, settings=("SUBTRACT",))
-    places = [Input(socket, source.groups) for socket in source.node.inputs if socket.type == "SHADER"][:2]
-    parts = [fill_of(reader, linked(place)) for place in places]
-    return _sum(reader, [part.times(reader, weight) for part, weight in zip(parts, (rest, share), strict=True)])
-
-
 def _sum(reader: Reader, parts: list[Fill]) -> Fill:
     """Media in the same space; each scatters its share."""
     sizes = [float(np.mean(mean_color(part.scatters))) for part in parts]
-    lobes = tuple(
-        (weight * size, g, alpha) for part, size in zip(parts, sizes, strict=True) for weight, g, alpha in part.lobes
-        if weight * size > 0
-    )  # fmt: skip
+    weights: dict[tuple[float, float], float] = {}
+    for part, size in zip(parts, sizes, strict=True):
+        whole = sum(weight for weight, _, _ in part.lobes)  # that of a sum is its size
+        for weight, g, alpha in part.lobes:
+            weights[g, alpha] = weights.get((g, alpha), 0.0) + weight * size / max(whole, 1e-30)
+    lobes = tuple((weight, g, alpha) for (g, alpha), weight in weights.items() if weight > 0)
     phases = {tuple((g, alpha) for _, g, alpha in part.lobes) for part in parts if part.lobes}
     varies = any(part.scatters.constant is None for part in parts)
     if len(phases) > 1 and varies:
@@ -173,8 +169,6 @@ FILLS: dict[str, Callable[[Reader, Output], Fill]] = {
     "VOLUME_COEFFICIENTS": _coefficients,
     "PRINCIPLED_VOLUME": _principled,
     "EMISSION": _emission,
-    "ADD_SHADER": _add,
-    "MIX_SHADER": _mix,
 }
 
 
