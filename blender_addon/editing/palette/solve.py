@@ -16,7 +16,7 @@ from ...translate.palette.paint import solver_of
 from ...translate.palette.problem import palette_problem, takes_seconds
 from ...translate.palette.solution import store_solution
 from ...translate.palette.table import paused
-from . import picture
+from . import names, picture
 from .session import fingerprint, forget_sessions, live_solution, same_problem, same_table
 
 NEEDS_BUTTON = "This table takes some seconds to solve: press Solve"
@@ -149,6 +149,7 @@ def keep(
     with paused():
         solve.store(palette)
         store_solution(palette, answer, finished=solve.finished)
+        names.name_results(palette, [each.name for each in (*answer.illuminants, *answer.reflectances)])
         palette.message = ""
         palette.is_stale = not is_current
     _last[scene.session_uid] = answer
