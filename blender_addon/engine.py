@@ -161,11 +161,15 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         return scene if translated is None else translated(scene), shown_from_rgb(look.picture_matrix)
 
     def _render_view(self, scene: Scene, place: _Place, options: dict[str, Any]) -> RenderResult:
+        peak = 0.0
+
         def show(progress: Progress) -> None:
+            nonlocal peak
             self._write(progress.pixels, place)
             self.update_progress(progress.samples / progress.total)
-            left = "" if progress.left_s is None else f" | {_clock(progress.left_s)} left"
-            self.update_stats("", f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}{left}")
+            peak = max(peak, _megabytes(progress))
+            self.update_memory_stats(memory_used=_megabytes(progress), memory_peak=peak)  # for the picture's stamp
+            self.update_stats("", _state(progress))
 
         result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **options)
         header = result.header | cryptomatte_header(scene, place.layer)
@@ -264,6 +268,18 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
 def _has_own_cameras(scene: Any) -> bool:
     """True if each view has a camera of its own, with its own lens, clip distances and depth of field."""
     return bool(scene.render.use_multiview and scene.render.views_format == "MULTIVIEW")
+
+
+def _state(progress: Progress) -> str:
+    """Line of the image editor on a render in progress."""
+    left = "" if progress.left_s is None else f" | {_clock(progress.left_s)} left"
+    memory = f" | {_megabytes(progress):.0f} MB" if progress.memory else ""
+    return f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}{left}{memory}"
+
+
+def _megabytes(progress: Progress) -> float:
+    """Memory of the render process in 10⁶ bytes."""
+    return progress.memory / 1e6
 
 
 def _clock(seconds: float) -> str:

@@ -4,7 +4,8 @@
 from spectral_core.render.cost.curve import CostCurve, cost_curve
 from spectral_core.render.plan.effects import Decision, EffectPlan, everything_on, plan_effects, plan_from_data
 from spectral_core.render.process.renderer import RenderProcess
-from spectral_core.render.still import Progress, RenderResult, render_scene
+from spectral_core.render.result import Progress, RenderResult
+from spectral_core.render.still import render_scene
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.render.variant import Backend, choose_backend, describe_backend
 

@@ -7,6 +7,7 @@ catchers with all objects; and the catchers alone. The light that the second lac
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -58,18 +59,28 @@ def render_catching(
     transparent = replace(scene.film, transparent=True)
     sees = replace(scene, film=transparent, settings=plain)
 
-    rest = render(_with(scene, _as_holdout, _same), on_progress, should_stop, None)
+    count, start = 3 if scene.film.transparent else 4, time.perf_counter()
+    parts: list[Any] = []
+
+    def show(progress: Any) -> None:
+        """Show the first of the renders, whose pixels stay while the others give the shadows."""
+        if on_progress is not None:
+            pixels = parts[0].pixels if parts else progress.pixels
+            samples = (len(parts) * progress.total + progress.samples) // count
+            on_progress(progress.within(pixels, samples, progress.total, start))
+
+    rest = render(_with(scene, _as_holdout, _same), show, should_stop, None)
     if settings.passes is not None or rest.group_pixels or rest.bands is not None:
         notes.append(Note("Shadow catcher", PASSES))
-    parts = [rest]
+    parts.append(rest)
     if rest.status == "done":
-        parts.append(render(_with(sees, _same, _as_holdout), None, should_stop, None))
+        parts.append(render(_with(sees, _same, _as_holdout), show, should_stop, None))
     if parts[-1].status == "done":
         alone = replace(sees, lights=tuple(light for light in scene.lights if light.is_in_footage))
-        parts.append(render(_with(alone, _same, _as_absent), None, should_stop, parts[-1].plan))
+        parts.append(render(_with(alone, _same, _as_absent), show, should_stop, parts[-1].plan))
     if parts[-1].status == "done" and not scene.film.transparent:
         empty = replace(sees, film=scene.film, instances=(), lights=(), volumes=())
-        parts.append(render(empty, None, should_stop, None))
+        parts.append(render(empty, show, should_stop, None))
     if parts[-1].status != "done" or parts[-1].samples == 0:
         return replace(rest, status="cancelled", notes=(*rest.notes, *notes))
     lit, unshadowed = parts[1].pixels, parts[2].pixels

@@ -123,7 +123,7 @@ def _rendered(
                 pixels = _mean(state.before.pixels, state.before.samples, pixels, done - first + samples)
             if on_progress is not None:
                 expected = max(total, done + progress.total * left) if asked else total
-                on_progress(replace(progress, pixels=pixels, samples=done + progress.samples, total=expected))
+                on_progress(progress.within(pixels, done + progress.samples, expected, state.start))
 
         part = render(still, show, should_stop, plan if before is None else before.plan)
         if part.samples == 0 and before is not None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.exr import openexr, read_exr, write_exr
-from spectral_core.render.still import RenderResult
+from spectral_core.render.result import RenderResult
 
 LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "W.m^-2.sr^-1.nm^-1"}
 _CHANNEL = re.compile(r"S0\.(\d+,?\d*|,\d+)([eE][+-]?\d+)?([num]?)m")

@@ -5,111 +5,29 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from spectral_core.child import memory_bytes
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.catching import with_catchers
-from spectral_core.render.cost.adaptive import Outcome
 from spectral_core.render.cost.asked import is_asked, render_asked, tightened
-from spectral_core.render.cost.model import Prediction
 from spectral_core.render.cost.work import Meter
 from spectral_core.render.denoise import denoise, denoise_planes, denoiser_name, require_denoiser
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.mitsuba_scene.units import at_origin, moved_back
 from spectral_core.render.moving import render_moving
 from spectral_core.render.plan.effects import EffectPlan, pilot_pays, plan_effects
+from spectral_core.render.result import Pixels, Progress, RenderResult
 from spectral_core.render.steps import pass_sizes
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.scene import Note, Scene, require_scene
 from spectral_core.spectra.spectrum import Spectrum
 
-Pixels = NDArray[np.float32]
-
 LONGEST_PASS_S = 10.0
 """Longer passes are split, so that the picture updates often. Pixels do not depend on the split."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Progress:
-    """A picture in progress: ``pixels`` (height, width, 4) so far, ``samples`` per pixel of ``total``, seconds.
-
-    ``left_s``: seconds for the rest at the rate of the latest pass, None if unknown.
-    """
-
-    pixels: Pixels
-    samples: int
-    total: int
-    seconds: float
-    left_s: float | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RenderResult:
-    """A rendered picture.
-
-    ``pixels``: (height, width, 4) float32, linear sRGB and coverage, row 0 at the bottom, color premultiplied by
-    coverage. ``samples`` per pixel and ``seconds``; ``work``: seconds of processor time over all cores. ``status``:
-    "done" or "cancelled" (then the picture holds the samples so far). ``notes``: features that are approximated.
-    ``bands``: the requested spectral channels, ``band_pixels``: (height, width, n_bands) radiance per nm without
-    exposure. ``group_pixels`` and ``group_band_pixels``: the share of each light group, which add up to the picture.
-    ``prediction`` and ``outcome``: predicted and reached error and time, if one was requested. ``denoised``: name of
-    the denoiser and its guides; "" without denoising. ``passes``: those that the scene's settings request, (height,
-    width, channels) by Cycles' names, row 0 at the bottom; cryptomattes as CryptoObject00, 01, …, light groups as
-    Combined_ and their name. ``sample_counts``: (height, width) samples of each pixel, None if all are equal.
-    ``noise_pixels``: (height, width, 3) half the difference of two halves of the samples, if an error or a time was
-    requested.
-    """
-
-    pixels: Pixels
-    plan: EffectPlan
-    notes: tuple[Note, ...]
-    samples: int
-    seconds: float
-    status: Literal["done", "cancelled"]
-    variant: str
-    bands: Bands | None = None
-    band_pixels: Pixels | None = None
-    group_pixels: dict[str, Pixels] = field(default_factory=dict)
-    group_band_pixels: dict[str, Pixels] = field(default_factory=dict)
-    prediction: Prediction | None = None
-    outcome: Outcome | None = None
-    denoised: str = ""
-    passes: dict[str, Pixels] = field(default_factory=dict)
-    sample_counts: Pixels | None = None
-    noise_pixels: Pixels | None = None
-    work: float = 0.0
-
-    def __repr__(self) -> str:
-        height, width = self.pixels.shape[:2]
-        return f"RenderResult({self.status}, {width}×{height} pixels, {self.samples} samples in {self.seconds:.1f} s)"
-
-    @property
-    def header(self) -> dict[str, str]:
-        """Header of a file with this picture: the plan, samples, time, prediction and outcome."""
-        entries = {
-            **self.plan.header(),
-            "spectral.samples": str(self.samples),
-            "spectral.seconds": f"{self.seconds:.3f}",
-            "spectral.work": f"{self.work:.3f}",
-            "spectral.variant": self.variant,
-        }
-        if self.denoised:
-            entries["spectral.denoised"] = self.denoised
-        if self.prediction is not None and self.outcome is not None:
-            said, found = self.prediction, self.outcome
-            least = "" if found.rare is None else "at least "
-            entries["spectral.predicted"] = (
-                f"dE2000 {least}{said.delta_e:.3g}; {said.seconds:.3g} s; {said.samples:.4g} samples"
-            )
-            reached = f"dE2000 {least}{found.delta_e:.3g} +- {found.spread:.2g}"
-            entries["spectral.outcome"] = f"{reached}; {found.seconds:.3g} s; {found.samples:.4g} samples"
-            if found.rare is not None:
-                entries["spectral.rare"] = found.rare.text
-        return entries
 
 
 def render_scene(
@@ -203,7 +121,7 @@ def _traced(
         if on_progress is not None:
             total = scene.film.samples
             left_s = (now - pass_start) / samples * (total - job.samples)
-            on_progress(Progress(job.picture(), job.samples, total, now - start, left_s))
+            on_progress(Progress(job.picture(), job.samples, total, now - start, left_s, memory_bytes()))
     made = RenderResult(
         pixels=job.picture(),
         plan=plan,
@@ -278,7 +196,9 @@ def _asked(
     def on_round(pixels: Pixels, samples: float, expected: float) -> None:
         if on_progress is not None:
             total = max(round(expected), round(samples))
-            on_progress(Progress(pixels, round(samples), total, meter.read().wall))
+            wall = meter.read().wall
+            left_s = wall * max(expected / samples - 1.0, 0.0)
+            on_progress(Progress(pixels, round(samples), total, wall, left_s, memory_bytes()))
 
     made = render_asked(job, meter, on_round, should_stop)
     return RenderResult(

@@ -10,7 +10,7 @@ import numpy as np
 
 from blender_addon import engine, jobs
 from spectral_core.render.plan.decision import EffectPlan
-from spectral_core.render.still import RenderResult
+from spectral_core.render.result import RenderResult
 
 
 def handed_over(monkeypatch: Any) -> Any:

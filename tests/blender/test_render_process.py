@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import time
 
@@ -82,3 +83,14 @@ def test_cancel_keeps_the_rendered_samples_and_ends_soon(endless, shown, monkeyp
     assert record.status == "cancelled" and record.samples >= 3
     assert np.isfinite(record.result.pixels).all() and record.result.pixels[..., :3].any()
     assert answered - asked[0] < 60, "half a second is promised past the pass in flight; this only guards against hours"
+
+
+def test_a_render_tells_samples_time_left_and_memory(endless, monkeypatch):
+    from blender_addon import engine
+
+    texts, usual = [], engine._state
+    monkeypatch.setattr(engine, "_state", lambda progress: texts.append(usual(progress)) or texts[-1])
+    endless.spectral.render.samples = 8
+    bpy.ops.render.render()
+    assert len(texts) > 1 and re.fullmatch(r"Sample 8/8 \| \d+\.\d s \| 0\.0 s left \| \d+ MB", texts[-1])
+    assert int(texts[-1].split()[-2]) > 100, "a process with Mitsuba is larger"

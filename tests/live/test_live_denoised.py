@@ -17,10 +17,10 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from spectral_core.errors import MissingDependencyError
-from spectral_core.render import denoise_thread, plan_effects
+from spectral_core.render import plan_effects
 from spectral_core.render.denoise import Guides
 from spectral_core.render.job import Measure, RenderJob
-from spectral_core.render.live import picture as picture_module
+from spectral_core.render.live import denoise_thread, picture
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.in_place.changes import difference
 from spectral_core.render.live.link import LiveLink
@@ -110,7 +110,7 @@ class Session:
 def denoiser(monkeypatch: pytest.MonkeyPatch) -> Filter:
     found = Filter()
     monkeypatch.setattr(denoise_thread, "denoise", found)
-    monkeypatch.setattr(picture_module, "DENOISED_S", 1e9)  # a slow machine would denoise more often
+    monkeypatch.setattr(picture, "DENOISED_S", 1e9)  # a slow machine would denoise more often
     return found
 
 
@@ -242,8 +242,8 @@ def test_a_picture_that_refines_slowly_is_denoised_after_a_time(
     scene: Scene, denoiser: Filter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Samples of a slow scene take long to double."""
-    monkeypatch.setattr(picture_module, "DENOISED_S", 0.0)
-    monkeypatch.setattr(picture_module, "MOST_SAMPLES", 1)
+    monkeypatch.setattr(picture, "DENOISED_S", 0.0)
+    monkeypatch.setattr(picture, "MOST_SAMPLES", 1)
     view = Session(scene, 7)
     view.finish()
     assert [frame.samples for frame in view.frames if frame.is_denoised] == [1, 2, 3, 4, 5, 6, 7]

@@ -58,6 +58,18 @@ def test_an_umbra_is_opaque_and_a_lit_floor_is_transparent():
     np.testing.assert_allclose(shown[:, 5:, 3], 1, atol=0.1)
 
 
+@pytest.mark.parametrize("transparent", [True, False])
+def test_progress_counts_all_pictures_of_which_one_is_put_together(transparent):
+    from spectral_core.render import render_scene
+
+    seen = []
+    result = render_scene(scene(transparent), on_progress=seen.append)
+    counts = [progress.samples for progress in seen]
+    assert counts == sorted(counts) and result.samples == 32
+    assert [progress.samples == 32 for progress in seen] == [False] * (len(seen) - 1) + [True]
+    assert seen[-1].left_s == 0.0 and all(progress.left_s > 0.0 for progress in seen[:-1] if progress.samples)
+
+
 def test_on_a_background_and_in_motion():
     from spectral_core.render import render_scene
 

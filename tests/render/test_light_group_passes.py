@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
-from spectral_core.render.still import RenderResult
+from spectral_core.render.result import RenderResult
 from spectral_core.scene import (
     Camera,
     Color,

@@ -47,6 +47,9 @@ def test_progress_counts_all_samples_and_a_stop_keeps_the_picture():
     render_scene(moving(), on_progress=seen.append)
     assert [item.samples for item in seen] == sorted(item.samples for item in seen)
     assert seen[-1].samples == seen[-1].total == 8
+    assert [item.seconds for item in seen] == sorted(item.seconds for item in seen), "of all moments, not of the last"
+    assert seen[-1].left_s == 0.0 and all(item.left_s > 0.0 for item in seen[:-1])
+    assert all(item.memory > 0 for item in seen)
     calls = iter(range(1000))
     stopped = render_scene(moving(), should_stop=lambda: next(calls) > 1)
     assert stopped.status == "cancelled" and 0 < stopped.samples < 8 and stopped.pixels.any()

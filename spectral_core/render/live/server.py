@@ -12,8 +12,8 @@ from typing import Any
 
 from spectral_core.child import memory_bytes
 from spectral_core.errors import SpectralError
-from spectral_core.render.denoise_thread import Denoised, DenoiseThread
 from spectral_core.render.live.area import PixelArea
+from spectral_core.render.live.denoise_thread import Denoised, DenoiseThread
 from spectral_core.render.live.messages import AreaName, Frame, Trouble
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage

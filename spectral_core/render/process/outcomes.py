@@ -8,7 +8,7 @@ from collections.abc import Callable
 from spectral_core import errors
 from spectral_core.errors import RenderCancelled, RenderError
 from spectral_core.render.plan.effects import EffectPlan
-from spectral_core.render.still import Progress, RenderResult
+from spectral_core.render.result import Progress, RenderResult
 from spectral_core.render.variant import choose_backend
 from spectral_core.scene import Scene
 

@@ -24,7 +24,7 @@ from spectral_core.render.plan.effects import EffectPlan, plan_from_data
 from spectral_core.render.process.interpreter import find_python
 from spectral_core.render.process.messages import receive, send
 from spectral_core.render.process.outcomes import as_error, cancelled, require_wanted
-from spectral_core.render.still import Progress, RenderResult
+from spectral_core.render.result import Progress, RenderResult
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.scene import Scene, require_scene
 from spectral_core.spectra.spectrum import Spectrum

@@ -19,7 +19,8 @@ from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.sampling import sampling_lights
 from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.relight.view_transform import ViewTransform
-from spectral_core.render.still import RenderResult, render_scene
+from spectral_core.render.result import RenderResult
+from spectral_core.render.still import render_scene
 from spectral_core.scene import (
     Color,
     Emission,
