@@ -135,6 +135,8 @@ def keep(
     Blender has handled no event since the table was read, which then is not read again.
     """
     palette = scene.spectral.palette
+    if solve.entries != _entries(palette):
+        return None
     try:
         now = palette_problem(palette) if may_differ else solve.problem
     except SpectralError as error:
@@ -144,7 +146,7 @@ def keep(
     if isinstance(answer, str):
         palette.message, palette.is_stale = answer, True
         return None
-    if solve.entries != _entries(palette) or not (is_current or same_table(solve.problem, now)):
+    if not (is_current or same_table(solve.problem, now)):
         return None
     with paused():
         solve.store(palette)
