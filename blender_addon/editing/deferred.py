@@ -69,8 +69,8 @@ class Deferred:
         self._edited.add(scene.session_uid)
 
     def is_pending(self, scene: bpy.types.Scene) -> bool:
-        """True if an edit of ``scene`` waits to be handled."""
-        return scene.session_uid in self._edited
+        """True if an edit of ``scene`` waits to be handled or finished."""
+        return scene.session_uid in self._edited | self._unfinished
 
     def tick(self) -> float | None:
         """Handle pending edits first; after a pause, finish their scenes. Blender's timer calls this."""

@@ -221,7 +221,12 @@ class Waiting:
         return found
 
     def cancel(self, context: Context) -> None:
-        """Blender ends the operator: another file is loaded, or the window closed. Nobody takes the answer."""
+        """Blender ends the operator: another file is loaded, or the window closed. Nobody takes the answer.
+
+        Blender calls this, too, if its dialog or file browser is closed before it has begun.
+        """
+        if self not in _waiting:
+            return
         self.stop()
         self._forget()
         clear_status(context)

@@ -13,7 +13,7 @@ from bpy.types import ID, Context, PropertyGroup
 from spectral_core.errors import InvalidInputError
 
 from ..editing.dial import changes, kept_mix, live
-from ..editing.dial.dimming import apply_weights, block_of, light_dark_lamps, require_power, require_writable
+from ..editing.dial.dimming import apply_weights, block_of, dark_lamps_lit, require_power, require_writable
 from ..editing.dial.names import name_of
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting
@@ -46,8 +46,8 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
         if not self.restore:
             _require_lamps(dial)
         require_writable(dial.bulbs, weights)
-        light_dark_lamps(dial.bulbs)
-        before = changes.parts_of(context.scene)
+        with dark_lamps_lit(dial.bulbs):
+            before = changes.parts_of(context.scene)
         for bulb, weight in zip(dial.bulbs, weights.tolist(), strict=True):
             bulb.is_dark, bulb.lit = weight == 0, weight or bulb.lit
         count = apply_weights(dial.bulbs, [0.0 if bulb.is_dark else bulb.lit for bulb in dial.bulbs])

@@ -12,7 +12,7 @@ from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context, Event, Scene
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from spectral_core.errors import FileWriteError, InvalidInputError, RenderCancelled, SpectralError
+from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError
 from spectral_core.files.whole import make_folder
 
 from ..editing.deferred import open_scene
@@ -56,10 +56,7 @@ def _record(recording: Recording) -> _Recorded:
 
 
 def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
-    """Create the bulbs, where existing ones stay in place, and keep the transport in memory; returns a note.
-
-    Raises FileWriteError for a recording without a file, which Save Transport can write.
-    """
+    """Create the bulbs, where existing ones stay in place, and keep the transport in memory; returns a note."""
     dial = scene.spectral.dial
     kept_mix.remember(scene, recorded.mix)  # first: whatever fails later, the recording may have taken hours
     dark = dark_bulbs_besides(dial.bulbs, recorded.mix.transport.groups)
@@ -67,12 +64,11 @@ def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
     remember_recorded(scene, recording)
     with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
         live.show(scene)
-    if recorded.unsaved is not None:
-        raise FileWriteError(f"{recorded.unsaved}. The recording is in memory: write it elsewhere with Save Transport")
     notes = [f"of {gone} of its lights the objects were deleted meanwhile, so Apply cannot dim them"] if gone else []
     lost = f"lights that Apply made dark have no bulb now ({dark}): to keep them undo, Restore, and record"
     notes += [lost] if dark else []
-    follow_recording(scene, recorded.path)
+    if recorded.unsaved is None:
+        follow_recording(scene, recorded.path)
     if is_temporary(dial):
         notes.append("it is in a temporary folder, so save the .blend, or keep it with Save Transport")
     return "".join(f"; {note}" for note in notes)
@@ -179,6 +175,9 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
         live.redraw_dial()
         facts = f"recorded: {scene.spectral.dial.facts}{self._recording.told}{note}{told(answer.mix.transport.notes)}"
         self.report({"WARNING" if note else "INFO"}, facts)
+        if answer.unsaved is not None:  # it is recorded, and an undo takes that back
+            text = "The recording is in memory: write it elsewhere with Save Transport"
+            self.report({"ERROR"}, f"{answer.unsaved}. {text}")
 
     def refused(self, error: Exception) -> set[str]:
         if not isinstance(error, RenderCancelled):
@@ -261,7 +260,8 @@ class SPECTRAL_OT_dial_load(_Translating, WaitingForFile, bpy.types.Operator, Im
         _take(scene, answer.transport, self._recording.members)
         kept_mix.remember(scene, answer)
         remember_recorded(scene, self._recording)
-        live.show(scene)
+        with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
+            live.show(scene)
 
 
 def _read(path: Path, recording: Recording) -> "LiveMix":

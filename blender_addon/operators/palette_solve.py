@@ -110,6 +110,7 @@ class SPECTRAL_OT_palette_clear(bpy.types.Operator):
     @reporting
     def execute(self, context: Context) -> None:
         table.clear(palette_in(context))
+        possible.changed(context.scene)
         picture.follow(context.scene)
 
 

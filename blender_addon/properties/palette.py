@@ -257,6 +257,7 @@ class SpectralPalette(bpy.types.PropertyGroup):
     grid_samples: PALETTE_FIELDS["grid_samples"].declared(edited)
 
     is_stale: BoolProperty(description="Whether something changed since the last solve")
+    is_unfinished: BoolProperty(description="Whether the solution is that of a quick solve, which names no conflicts")
     is_alternative: BoolProperty(description="Whether the shown solution is an alternative that was taken")
     status: StringProperty(description="Status of the last solve: 'solved', 'compromise', …; empty before the first")
     remedy: StringProperty()

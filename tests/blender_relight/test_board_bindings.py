@@ -20,7 +20,7 @@ def running(stage):
     live.stop()
 
 
-@pytest.mark.parametrize("name", ["Key", 'Key "left"', "Key's", "back\\slash", "a]b", "Lämpchen"])
+@pytest.mark.parametrize("name", ["Key", 'Key "left"', "Key's", "back\\slash", "a]b", "Lämpchen", "two\nlines\t"])
 def test_written_paths_can_be_read(stage, name):
     lamp = bpy.data.lights["Key"]
     lamp.name = name
@@ -28,6 +28,8 @@ def test_written_paths_can_be_read(stage, name):
     assert number.owner == lamp
     assert number.read() == pytest.approx(200.0)
     assert number_at(full_path(lamp, "color", 1)).read() == pytest.approx(0.6)
+    of_blender = f'bpy.data.lights["{bpy.utils.escape_identifier(lamp.name)}"].energy'
+    assert number_at(of_blender) == number
 
 
 def test_a_number_of_a_node_is_found_through_its_material(stage):

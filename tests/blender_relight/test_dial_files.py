@@ -240,3 +240,23 @@ def test_transport_is_saved_as_exr_only(stage, dial, tmp_path):
     with pytest.raises(RuntimeError, match=r"keep\.png does not end in \.exr"):
         bpy.ops.spectral.dial_keep(filepath=str(tmp_path / "keep.png"))
     assert dial.filepath == "" and not (tmp_path / "keep.png").exists()
+
+
+def test_a_recording_without_a_file_has_an_undo_step(stage, tmp_path, monkeypatch):
+    """It is in memory, and its bulbs are in the dial: Blender makes a step only for operators that finish."""
+    from blender_addon.editing.waiting import Waiting
+    from blender_addon.operators.dial_record import SPECTRAL_OT_dial_record
+
+    results, ended = [], Waiting._ended
+
+    def noted(self, scene, answer):
+        results.append(ended(self, scene, answer))
+        return results[-1]
+
+    monkeypatch.setattr(SPECTRAL_OT_dial_record, "_ended", noted, raising=False)
+    (tmp_path / "file").write_text("no folder")
+    stage.spectral.dial.filepath = str(tmp_path / "file" / "kept.exr")
+    with pytest.raises(RuntimeError, match="The recording is in memory: write it elsewhere with Save Transport"):
+        bpy.ops.spectral.dial_record()
+    assert results == [{"FINISHED"}]
+    assert len(stage.spectral.dial.bulbs) == 4 and shown(stage).any()

@@ -183,3 +183,14 @@ def test_lights_that_apply_made_dark_are_named_by_the_next_recording(stage, dial
     told = "lights that Apply made dark have no bulb now (Ball, Fill, World)"
     assert (told in "".join(capfd.readouterr())) is dark
     assert len(stage.spectral.dial.bulbs) == (1 if dark else 4)
+
+
+def test_lamps_that_apply_made_dark_stay_dark_if_the_next_one_fails(stage, dial):
+    dial.selector = dial.bulbs["Key"].place
+    bpy.ops.spectral.dial_apply()
+    stage.camera = None
+    before = {lamp.name: lamp.energy for lamp in bpy.data.lights}
+    assert before["Fill"] == 0.0
+    with pytest.raises(RuntimeError, match="has no camera"):
+        bpy.ops.spectral.dial_apply(restore=True)
+    assert {lamp.name: lamp.energy for lamp in bpy.data.lights} == before

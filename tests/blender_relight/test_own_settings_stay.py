@@ -75,3 +75,19 @@ def test_a_reading_that_blender_ends_is_no_missing_camera(stage, monkeypatch):
     )  # the job ends at once, as after Esc
     with pytest.raises(RenderCancelled, match="press the button again"):
         AsRendered(bpy.context, at_once=False).take()
+
+
+def test_the_extension_is_disabled_while_it_reads_a_scene(own):
+    """Its engine is removed first, and Blender refuses the name of an engine that is not registered."""
+    from blender_addon.engine import SpectralRenderEngine
+
+    bpy.context.scene.render.engine = "SPECTRAL"
+    before = settings()
+    reading = AsRendered(bpy.context, at_once=True)
+    assert settings() != before
+    bpy.utils.unregister_class(SpectralRenderEngine)
+    try:
+        reading.leave()
+    finally:
+        bpy.utils.register_class(SpectralRenderEngine)
+    assert settings() == before

@@ -84,3 +84,14 @@ def test_an_undo_shows_the_spectra_of_a_table_that_is_not_live(palette) -> None:
     bpy.ops.ed.undo()
     mark = bpy.data.materials["Mark"]
     np.testing.assert_allclose(shown_in(bpy.context.scene)[mark.session_uid][0].values, first, atol=1e-6)
+
+
+def test_an_undo_keeps_the_words_on_how_the_solution_is_shown(palette) -> None:
+    words, palette.picture = palette.picture, ""  # a step that Blender stored between an edit and its solution
+    assert words.startswith("Rendered anew")
+    bpy.ops.ed.undo_push(message="edited")
+    palette.picture = words
+    palette.show_curves = not palette.show_curves
+    bpy.ops.ed.undo_push(message="else")
+    bpy.ops.ed.undo()
+    assert bpy.context.scene.spectral.palette.picture == words

@@ -31,6 +31,41 @@ def test_conflicts_follow_new_names(palette) -> None:
     assert not palette.is_stale  # a name changes no solution
 
 
+def test_notes_follow_new_names(palette) -> None:
+    palette.notes = "light 'Sodium' is black\nmaterial 'Paint 1' is black\nlight 'Paint 1' is none"
+    palette.materials[0].name, palette.lights[0].name = "It's", "Street"
+    assert palette.notes == "light 'Street' is black\nmaterial \"It's\" is black\nlight 'Paint 1' is none"
+
+
+def test_an_undo_of_a_new_name_brings_back_a_solution_under_the_old_one(palette) -> None:
+    def present():
+        return bpy.context.scene.spectral.palette
+
+    bpy.ops.ed.undo_push(message="before")
+    palette.lights[0].name, palette.materials[0].name = "Street", "Leaf"
+    bpy.ops.ed.undo_push(message="renamed")
+    palette.materials[1].cells[1].target = (0.2, 0.3, 0.4)
+    palette.materials[1].cells[1].target = (0.5, 0.5, 0.5)
+    present().is_stale = True  # a step between the edit and its solution
+    bpy.ops.ed.undo_push(message="edited")
+    bpy.ops.ed.undo()
+    bpy.ops.ed.undo()
+    assert present().lights[0].name == "Sodium" and "Street" not in told(present())
+    assert "“Paint 1” under “Sodium”" in told(present())
+    assert [each.result.spectrum_name for each in present().lights] == [each.name for each in present().lights]
+
+
+def test_a_new_name_during_the_solve_stays(palette, monkeypatch) -> None:
+    from blender_addon.editing.palette import solve
+
+    found = solve.button_solve(bpy.context.scene)
+    answer = found.answer()
+    palette.lights[0].name, palette.materials[0].name = "Street", "Leaf"
+    assert solve.keep(bpy.context.scene, found, answer) is not None
+    assert "“Leaf” under “Street”" in told(palette) and "Sodium" not in told(palette)
+    assert (palette.lights[0].result.spectrum_name, palette.materials[0].result.spectrum_name) == ("Street", "Leaf")
+
+
 def test_a_light_and_a_material_of_one_name_are_told_apart(palette) -> None:
     palette.materials[0].name = "Sodium"
     assert "“Sodium” under “Sodium”" in told(palette)

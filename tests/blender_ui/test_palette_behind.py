@@ -198,3 +198,11 @@ def test_a_table_that_was_saved_or_copied_before_its_solution_is_solved(window, 
     scene.spectral.palette.message = "the table is empty"
     live._resume(scene)
     assert not asked, "a table that cannot be solved is not solved again and again"
+
+
+def test_an_answer_for_a_cleared_table_is_no_error_of_the_empty_one(window, blender):
+    window.palette.materials[0].cells[0].target = (0.2, 0.5, 0.3)
+    window.live._follow(window.scene)
+    blender.ops.spectral.palette_clear()
+    arrive(window)
+    assert (window.palette.message, window.palette.status, window.palette.is_stale) == ("", "", False)

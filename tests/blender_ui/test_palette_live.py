@@ -187,3 +187,31 @@ def test_status_and_cell_state_the_same_difference(blender, palette, delta_e, sh
     told = [call.kwargs["text"] for call in layout.mock_calls if "ΔE" in str(call.kwargs.get("text", ""))]
     assert any(text.startswith((f"ΔE {shown}", f"ΔE ≤ {shown}")) for text in told)
     assert palette.materials[0].cells[1].error_text.replace("<", "< ") == f"ΔE {shown}"
+
+
+def test_an_undo_between_an_edit_and_its_finish_finds_the_reasons(blender, palette):
+    """Blender stores a step before the conflicts of its solution are found; those of the edit before are in it."""
+    from blender_addon.editing.palette import solve
+
+    scene = blender.context.scene
+
+    def told():
+        present = blender.context.scene.spectral.palette
+        return present.status, present.remedy, [each.text for each in present.conflicts]
+
+    palette.live = False
+    cell = palette.materials[0].cells[1]
+    cell.target = (0.1, 0.9, 0.1)
+    solve.solve_scene(scene)
+    cell.target = (0.1, 0.5, 0.9)
+    solve.solve_live(scene)
+    palette.live = True
+    quick = told()
+    blender.ops.ed.undo_push(message="quick")
+    palette.is_stale = True
+    solve.solve_scene(scene)
+    finished = told()
+    assert quick[0] == "compromise" and quick[1:] != finished[1:]
+    blender.ops.ed.undo_push(message="finished")
+    blender.ops.ed.undo()
+    assert told() == finished

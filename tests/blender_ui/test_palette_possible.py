@@ -71,6 +71,7 @@ def test_undo_brings_the_reasons_back_and_asks_again(blender, monkeypatch) -> No
     reasons = [each.text for each in palette.conflicts]
     assert reasons
     palette.conflicts.clear()
+    palette.is_unfinished = True
     blender.ops.ed.undo_push(message="green")
     cell.target = (0.8, 0.5, 0.1)
     blender.ops.ed.undo_push(message="orange")

@@ -169,7 +169,14 @@ def test_another_file_ends_the_work_and_its_words_in_the_status_bar(context, ope
     assert context.words[-1] == "Work … Esc stops it"
     operator.cancel(context)
     assert context.words[-1] is None and operator.left == 1
+    operator.invoke(context, MOUSE)
     operator.cancel(SimpleNamespace(workspace=None))  # a window that is closed has none
+    assert operator.left == 2
+
+
+def test_a_dialog_or_file_browser_that_is_closed_before_the_beginning_leaves_nothing(context, operator):
+    operator.cancel(context)  # Blender calls it, though the work has not begun
+    assert context.words == [] and operator.left == 0
 
 
 @pytest.mark.parametrize("step", ["prepare", "is_prepared", "begin"])

@@ -20,6 +20,8 @@ _FULL = re.compile(rf"bpy\.data\.(\w+)\[{_QUOTED}(?:,\s*{_QUOTED})?\](.*)", re.S
 _TEXT = re.compile(_QUOTED)
 _INDEXED = re.compile(r"(.*)\[(\d+)\]", re.S)
 _CUSTOM = re.compile(r'(.*)\["((?:[^"\\]|\\.)*)"\]', re.S)
+_ESCAPED = {"n": "\n", "t": "\t", "r": "\r", "a": "\a", "b": "\b", "f": "\f"}
+"""Letters that stand for others after a backslash, in names that a script has given."""
 WIDEST = 1e4
 """A soft limit from this on is no range for a fader: Blender gives 10,000 to numbers of nodes without limits."""
 
@@ -143,7 +145,8 @@ def place_in(block: ID, rest: str) -> Number | None:
 
 
 def _plain(quoted: str) -> str:
-    return re.sub(r"\\(.)", r"\1", quoted)
+    """The text between the quotes of a path, as Blender reads it."""
+    return re.sub(r"\\(.)", lambda letter: _ESCAPED.get(letter[1], letter[1]), quoted, flags=re.S)
 
 
 def full_path(block: ID, data_path: str, index: int = -1) -> str:

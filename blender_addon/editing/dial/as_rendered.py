@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 STOPPED = "reading the scene was stopped, as Esc and an undo do; press the button again"
 NO_RENDER = "Blender did not start the render; is there a camera?"
 RENDERS = "Blender renders at present; wait for the end of that render, or stop it, and press the button again"
-SETTINGS = {"engine": ENGINE, "use_compositing": False, "use_sequencer": False}
+SETTINGS = {"use_compositing": False, "use_sequencer": False, "engine": ENGINE}
 """Settings of a render that only translates the scene.
 
 A compositor would write the files of its File Output nodes, and render other scenes; strips would be shown in place of
-the scene.
+the scene. The engine is the last: while the extension is disabled, Blender refuses it.
 """
 SLOT = "Spectral translation"
 """Name of the render slot that receives the empty picture of such a render."""
@@ -143,11 +143,11 @@ def _set(scene: Scene, values: dict[str, Any], rendered: dict[str, bool]) -> Non
 
     An equal value is not set: Blender restarts every rendered view when an engine is set.
     """
+    for layer in scene.view_layers:
+        layer.use = rendered.get(layer.name, True)
     for name, value in values.items():
         if getattr(scene.render, name) != value:
             setattr(scene.render, name, value)
-    for layer in scene.view_layers:
-        layer.use = rendered.get(layer.name, True)
 
 
 class AsRendered:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import bpy
@@ -36,12 +37,22 @@ def apply_weights(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | np.
     return len(wanted)
 
 
-def light_dark_lamps(bulbs: Iterable[PropertyGroup]) -> None:
-    """Give lamps that the dial made dark their last power: a dark lamp is not in the scene that is compared."""
-    for bulb in bulbs:
-        for kept in bulb.members if bulb.is_dark else ():
-            if not kept.node:
-                _write(kept, kept.base * bulb.lit)
+@contextmanager
+def dark_lamps_lit(bulbs: Iterable[PropertyGroup]) -> Iterator[None]:
+    """Give lamps that the dial made dark their last power: a dark lamp is not in the scene that is compared.
+
+    They keep it, unless an error ends the block.
+    """
+    dark = [(kept, bulb.lit) for bulb in bulbs if bulb.is_dark for kept in bulb.members if not kept.node]
+    before = [(kept, block_of(kept).energy) for kept, _ in dark]
+    for kept, lit in dark:
+        _write(kept, kept.base * lit)
+    try:
+        yield
+    except BaseException:
+        for kept, energy in before:
+            _write(kept, energy)
+        raise
 
 
 def _dims(weight: float) -> bool:

@@ -140,7 +140,7 @@ def take(scene: Scene, index: int) -> None:
         palette.status, palette.remedy, palette.notes = (cells[name] for name in ("status", "remedy", "notes"))
         palette.conflicts.clear()
         palette.milliseconds = 0.0
-        palette.is_alternative, palette.is_stale, palette.message = True, False, ""
+        palette.is_alternative, palette.is_stale, palette.is_unfinished, palette.message = True, False, False, ""
     forget_solutions()
     picture.follow(scene)
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import bpy
 
-from spectral_core.palette import PaletteSolution, PaletteStatus
+from spectral_core.palette import PaletteSolution
 
 from ... import compat
 from ...properties import hooks
@@ -104,12 +104,13 @@ def _after_undo(*_: object) -> None:
 def _undone(scene: bpy.types.Scene) -> None:
     """Blender stores an undo step before the timer has solved, so a step may contain new targets with older results.
 
-    A step with its own results, or a table that is not live, keeps its results; the picture shows them.
+    Or a step is of the time between that solution and its finish, which names the conflicts. A step with its own
+    results, or a table that is not live, keeps its results; the picture shows them.
     """
     palette = scene.spectral.palette
     for solver in (SOLVES, FINISHES):
         solver.drop(scene)  # it solves the table before the undo
-    if not (palette.live and (palette.is_stale or _lacks_reasons(palette))):
+    if not (palette.live and (palette.is_stale or palette.is_unfinished)):
         picture.follow(scene)
     else:
         known = known_solve(scene)
@@ -121,11 +122,6 @@ def _undone(scene: bpy.types.Scene) -> None:
     possible.follow(scene)  # a step contains the answer of before its edit, which came later
 
 
-def _lacks_reasons(palette: bpy.types.PropertyGroup) -> bool:
-    """True for a step between the solution of an edit and its finish, which names the conflicts."""
-    return palette.status == PaletteStatus.COMPROMISE and not (len(palette.conflicts) or palette.is_alternative)
-
-
 @bpy.app.handlers.persistent
 def _before_update(scene: bpy.types.Scene, *_: object) -> None:
     """Solve before Blender draws the edit: the first redraw then shows its colors, not only the second."""
@@ -134,14 +130,16 @@ def _before_update(scene: bpy.types.Scene, *_: object) -> None:
 
 
 def _resume(scene: bpy.types.Scene) -> None:
-    """Solve a table of which nobody else does: that of a file or scene that was saved or copied before its solution.
+    """Solve a table of which nobody else does: that of a file or scene that was saved or copied before its solution, or
+    before the conflicts were found.
 
     Without a window it waits: Apply solves it, and a command that renders does not need it.
     """
     palette = scene.spectral.palette
-    if bpy.app.background or not (palette.live and palette.is_stale) or palette.message:
+    is_complete = not (palette.is_stale or palette.is_unfinished)
+    if bpy.app.background or not palette.live or is_complete or palette.message:
         return
-    is_waiting = LIVE.is_pending(scene) or scene.session_uid in SOLVES.running
+    is_waiting = LIVE.is_pending(scene) or scene.session_uid in {*SOLVES.running, *FINISHES.running}
     if not is_waiting and len(palette.lights) and len(palette.materials) and compat.is_editable(scene):
         LIVE.request(scene)
 

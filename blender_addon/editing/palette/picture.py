@@ -31,6 +31,8 @@ Shown = dict[int, tuple[Spectrum, float]]
 
 _shown: dict[int, Shown] = {}
 """By scene, the spectra that are shown before they are applied. Not saved: they follow from the table."""
+_told: dict[int, str] = {}
+"""By scene, how these spectra are shown."""
 _seen: set[int] = set()
 """Scenes whose table has been looked at; an opened file and a copy of a scene bring others."""
 RELIT = "Re-lit from the recording"
@@ -57,13 +59,20 @@ def follow(scene: Scene) -> None:
     if not now and palette.picture:
         palette.picture = ""
     if now.keys() == before.keys() and all(now[key] is before[key] for key in now):
+        if now and palette.picture != _told.get(scene.session_uid, palette.picture):
+            palette.picture = _told[scene.session_uid]  # an undo step may have that of the solution before
         return
     _shown[scene.session_uid] = now
     scene.update_tag()  # notifies the viewports
     if not now:
         return
-    why = _relight(scene, {block: now[key] for key, block in blocks.items() if key in now})
-    palette.picture = f"{RENDERED}: {why}" if why else RELIT
+    _tell(scene, _relight(scene, {block: now[key] for key, block in blocks.items() if key in now}))
+
+
+def _tell(scene: Scene, why: str) -> None:
+    """Let the panel say how the solution is shown. ``why``: the reason why it is rendered, "" if it is re-lit."""
+    told = _told[scene.session_uid] = f"{RENDERED}: {why}" if why else RELIT
+    scene.spectral.palette.picture = told
 
 
 def follow_new(scene: Scene) -> None:
@@ -132,7 +141,7 @@ def _leave_recording(scene: Scene) -> None:
 def _not_relit(scene: Scene, why: str) -> None:
     """A recording that was read meanwhile cannot show the solution."""
     _leave_recording(scene)
-    scene.spectral.palette.picture = f"{RENDERED}: {why}"
+    _tell(scene, why)
     if not _is_rendered(scene):
         dial_live.changed(scene)
 
@@ -175,8 +184,8 @@ def _switched(palette: PropertyGroup) -> None:
 
 @bpy.app.handlers.persistent
 def _after_load(*_: object) -> None:
-    _shown.clear()
-    _seen.clear()
+    for known in (_shown, _told, _seen):
+        known.clear()
     for scene in bpy.data.scenes:  # Blender reports no evaluation of an opened file
         follow_new(scene)
 
@@ -192,5 +201,5 @@ def unregister() -> None:
     bpy.app.handlers.load_post.remove(_after_load)
     hooks.ignore(Topic.PALETTE_PICTURE)
     NEW.cancel()
-    _shown.clear()
-    _seen.clear()
+    for known in (_shown, _told, _seen):
+        known.clear()

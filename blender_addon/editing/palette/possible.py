@@ -111,7 +111,10 @@ def follow(scene: Scene) -> None:
     ready.
     """
     palette = scene.spectral.palette
-    if bpy.app.background or not palette.possible_follows or active_cell(palette) is None:
+    if bpy.app.background or not palette.possible_follows:
+        return
+    if active_cell(palette) is None:
+        ANSWERS.drop(scene)  # it is for a cell of the table before
         return
     if ANSWERS.is_busy(scene, follow):
         return

@@ -16,7 +16,7 @@ from ...translate.palette.paint import solver_of
 from ...translate.palette.problem import palette_problem, takes_seconds
 from ...translate.palette.solution import store_solution
 from ...translate.palette.table import paused
-from . import picture
+from . import names, picture
 from .session import fingerprint, forget_sessions, live_solution, same_problem, same_table
 
 NEEDS_BUTTON = "This table takes some seconds to solve: press Solve"
@@ -135,6 +135,8 @@ def keep(
     Blender has handled no event since the table was read, which then is not read again.
     """
     palette = scene.spectral.palette
+    if solve.entries != _entries(palette):
+        return None
     try:
         now = palette_problem(palette) if may_differ else solve.problem
     except SpectralError as error:
@@ -144,11 +146,12 @@ def keep(
     if isinstance(answer, str):
         palette.message, palette.is_stale = answer, True
         return None
-    if solve.entries != _entries(palette) or not (is_current or same_table(solve.problem, now)):
+    if not (is_current or same_table(solve.problem, now)):
         return None
     with paused():
         solve.store(palette)
         store_solution(palette, answer, finished=solve.finished)
+        names.name_results(palette, [each.name for each in (*answer.illuminants, *answer.reflectances)])
         palette.message = ""
         palette.is_stale = not is_current
     _last[scene.session_uid] = answer

@@ -34,6 +34,7 @@ def store_solution(palette: PropertyGroup, solution: PaletteSolution, *, finishe
     palette.worst_delta_e = solution.max_delta_e_2000
     palette.light_scale = solution.light_scale
     palette.milliseconds = 1e3 * solution.timings.get("total", 0.0)
+    palette.is_unfinished = not finished
     if finished or palette.status == "solved":
         _store_conflicts(palette, solution)
 
