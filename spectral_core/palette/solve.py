@@ -16,6 +16,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
+from spectral_core.palette.brightness_unit import brightness_unit, from_unit, in_unit, start_in_unit
 from spectral_core.palette.conflicts import with_conflicts
 from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
 from spectral_core.palette.design.whole import SECONDS, brightened_to_fit, designed
@@ -61,6 +62,11 @@ def solve_palette(
         raise InvalidInputError(f"warm is {shown(warm)}; expected a PaletteSolution, or None")
     if wants_distinct(problem):
         return solve_distinct(problem, warm=warm)
+    if (unit := brightness_unit(problem)) != 1:
+        start = None if warm is None else start_in_unit(warm, unit)
+        return from_unit(
+            solve_palette(in_unit(problem, unit), warm=start, explain=explain, seconds=seconds), problem, unit
+        )
     started = perf_counter()
     requests = compiled_requests(problem)
     assembler = Assembler(problem, requests)

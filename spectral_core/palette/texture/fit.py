@@ -29,6 +29,8 @@ TILE = 1 << 18
 """Texels per tile."""
 INTERPOLATED = 1 << 13
 """Texels whose colors are interpolated between corners at a time; the values of 64 corners then fit into the cache."""
+SAME_COLOR = 1e-5
+"""Difference in linear RGB that single precision leaves between a wanted and a shown color."""
 MOST_THREADS = 8
 
 
@@ -115,11 +117,15 @@ class Fitter:
             # The least-norm answer is taken about the gray of each texel, which is inside the box for every texel.
             gray = np.clip(wanted.mean(axis=0), 0.0, 1.0)
             weights = self._weights_from_color @ (wanted - gray) + gray
-        if rows == count and not self._search.invertible:
-            # For two nearly equal lights, the product's weights are inside the box but may have another color.
-            outside = np.arange(wanted.shape[1])
-        else:
-            outside = np.flatnonzero((weights.min(axis=0) < 0) | (weights.max(axis=0) > 1))
+        missed = (weights.min(axis=0) < 0) | (weights.max(axis=0) > 1)
+        if self.corner_weights is None or rows == count:
+            # Of two nearly equal lights the product's weights are inside the box, but may have another color.
+            if rows == count:
+                missed |= not self._search.invertible
+            else:
+                shown = self.color_from_weights.astype(np.float32) @ weights
+                missed |= np.abs(shown - wanted).max(axis=0) > SAME_COLOR
+        outside = np.flatnonzero(missed)
         if outside.size:
             weights[:, outside] = self._search.solve(wanted[:, outside], weights[:, outside])
         return weights, outside
@@ -129,11 +135,12 @@ class Fitter:
         assert self.corner_weights is not None
         colors = self.corner_weights[[0, -1]] @ self.color_from_weights.T
         low, high = colors[0].astype(np.float32)[:, None], colors[1].astype(np.float32)[:, None]
+        width = np.where(high > low, high - low, 1)  # without contrast the pictures are gray: any share shows it
         corners = self.corner_weights.T.astype(np.float32)[:, :, None]
         found = np.empty((len(corners), wanted.shape[1]), dtype=np.float32)
         for start in range(0, wanted.shape[1], INTERPOLATED):
             block = slice(start, start + INTERPOLATED)
-            share = np.clip((wanted[:, block] - low) / (high - low), 0.0, 1.0)
+            share = np.clip((wanted[:, block] - low) / width, 0.0, 1.0)
             # The first axis of the color varies slowest in the order of the corners, so it is contracted last.
             values = corners
             for axis in reversed(range(len(share))):

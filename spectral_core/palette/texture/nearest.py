@@ -20,7 +20,7 @@ Texels = NDArray[np.float32]
 BLOCK = 16384
 """Texels that advance together: enough that NumPy's overhead per call is negligible."""
 MULTIPLIER_STEPS, MULTIPLIER_SWEEPS = 6, 5
-WEIGHT_STEPS, WEIGHT_SWEEPS = 5, 10
+WEIGHT_STEPS, WEIGHT_SWEEPS = 40, 10
 SETTLED = np.float32(5e-4)
 """Change of the weights in one step below which a texel is left as it is."""
 LARGEST_CONDITION = 1e3

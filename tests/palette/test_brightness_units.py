@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A palette in other units of brightness has the same spectra, the same status, and its colors times the unit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.brightness_unit import brightness_unit
+from spectral_core.palette.presets import design_grid
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.color import WHITE_XYZ
+from spectral_core.spectra.observer import normalized, xyz_of
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+
+GRID = SpectralGrid(np.linspace(400.0, 700.0, 31))
+DAYLIGHT, SODIUM = (normalized(illuminant(name)) for name in ("D65", "HP1"))
+START = Illuminant("lamp", GRID, 0.01 + 0.005 * np.sin(GRID.wavelengths_nm / 50))
+LEDS = tuple(
+    Illuminant(f"{nm} nm", GRID, np.exp(-(((GRID.wavelengths_nm - nm) / 15) ** 2))) for nm in (450, 520, 560, 620)
+)
+PAPER = PaletteReflectance("paper", Reflectance("paper", GRID, np.linspace(0.2, 0.6, 31)))
+SIZES = [1e-8, 1e-6, 1e6, 1e8]
+
+
+def lights_of(kind: str, size: float) -> tuple[PaletteLight, ...]:
+    daylight, start = PaletteLight(DAYLIGHT.scaled(size)), START.scaled(size)
+    if kind == "given":
+        return daylight, PaletteLight(SODIUM.scaled(size), variants=(normalized(illuminant("HP2")).scaled(size),))
+    if kind == "designed":
+        return daylight, PaletteLight(start, free=True, luminance=2 * size, white_xyz=WHITE_XYZ)
+    return daylight, PaletteLight(start, free=True, primaries=LEDS)
+
+
+def palette(kind: str, size: float, seed: int = 0, **settings) -> PaletteProblem:
+    """Three materials, one of them measured, under daylight and another light."""
+    colors = size * np.random.default_rng(seed).uniform(0.05, 0.4, (3, 2, 3))
+    box = size * np.zeros(3), size * np.array([1.0, np.inf, 1.0])
+    cells = (
+        (Cell.fixed(colors[0, 0], exact=True), Cell.fixed(colors[0, 1])),
+        (Cell.same_as((0, 0), box=box, exact=True), Cell.fixed(colors[1, 1])),
+        (Cell.ignore(), Cell.fixed(colors[2, 1])),
+    )
+    surfaces = PaletteReflectance("mark"), PaletteReflectance("wall"), PAPER
+    return PaletteProblem(GRID, lights_of(kind, size), surfaces, cells, **settings)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("kind", ["given", "designed", "primaries"])
+def test_spectra_and_status_do_not_depend_on_the_unit(kind: str, size: float) -> None:
+    plain, other = (solve_palette(palette(kind, each)) for each in (1.0, size))
+    assert other.status is plain.status
+    assert any(f"relative to a white of {size:g}" in note for note in other.notes)
+    assert not any("relative to a white" in note for note in plain.notes)
+    np.testing.assert_allclose(other.state.colors(), other.actual_linear_rgb, rtol=1e-9, atol=1e-12 * size)
+    if kind == "designed":  # from one start there are several optima, and last digits decide which is found
+        np.testing.assert_allclose(xyz_of(other.illuminants[1]), 2 * size * WHITE_XYZ / WHITE_XYZ[1], rtol=1e-6)
+        return
+    np.testing.assert_allclose(other.delta_e_2000, plain.delta_e_2000, atol=1e-4)
+    np.testing.assert_allclose(other.actual_linear_rgb / size, plain.actual_linear_rgb, atol=1e-6)
+    np.testing.assert_allclose(other.residuals["color"] / size, plain.residuals["color"], rtol=1e-3, atol=1e-9)
+    for one, two in zip(plain.reflectances, other.reflectances, strict=True):
+        np.testing.assert_allclose(two.values, one.values, atol=1e-3)
+    for one, two in zip(plain.illuminants, other.illuminants, strict=True):
+        np.testing.assert_allclose(xyz_of(two) / size, xyz_of(one), rtol=1e-3)
+    for one, two in zip(plain.amounts, other.amounts, strict=True):
+        assert (one is None) is (two is None)
+        if one is not None:
+            np.testing.assert_allclose(two / size, one, rtol=1e-2, atol=1e-3 * one.max())
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_exact_cells_conflict_and_hold_in_every_unit(size: float) -> None:
+    for level, status in ((0.5, "solved"), (2.0, "exact_conflict")):
+        cells = ((Cell.fixed([level * size] * 3, exact=True),),)
+        lights = (PaletteLight(DAYLIGHT.scaled(size)),)
+        solution = solve_palette(PaletteProblem(GRID, lights, (PaletteReflectance("paint"),), cells))
+        assert solution.status == status
+
+
+def test_a_warm_start_and_brightened_lights_keep_their_unit() -> None:
+    first = solve_palette(palette("designed", 1e6))
+    again = solve_palette(palette("designed", 1e6), warm=first)
+    assert again.status is first.status
+    np.testing.assert_allclose(again.actual_linear_rgb, first.actual_linear_rgb, atol=1e3)
+    scaled = [solve_palette(replace(palette("given", each), scale_lights=True)) for each in (1.0, 1e6)]
+    assert scaled[1].light_scale == pytest.approx(scaled[0].light_scale, rel=1e-6)
+    light = scaled[1].illuminants[0]
+    assert xyz_of(light)[1] == pytest.approx(1e6 * scaled[1].light_scale, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("light", "color", "unit"),
+    [(1.0, 0.3, 1.0), (1e6, 0.3, 1.0), (1e6, 1e9, 1e6), (0.999999999e6, 1e6, 1e6), (3e-5, 1e-5, 1e-5), (6.0, 1e9, 1.0)],
+)
+def test_only_palettes_far_from_one_in_all_numbers_have_a_unit(light: float, color: float, unit: float) -> None:
+    lights = (PaletteLight(DAYLIGHT.scaled(light)),)
+    given = PaletteProblem(design_grid(), lights, (PaletteReflectance("paint"),), ((Cell.fixed([color] * 3),),))
+    assert brightness_unit(given) == unit
