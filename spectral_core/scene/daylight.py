@@ -94,7 +94,8 @@ def has_hosek() -> bool:
 def hosek(turbidity: float, albedo: float, sun: Array, directions: Array) -> Array:
     """Linear sRGB (..., 3) of the sky along unit directions (..., 3) over a ground of some albedo.
 
-    A ``sun`` below the horizon counts as one on it, as in Cycles. Raises InvalidInputError where ``has_hosek`` is False.
+    A ``sun`` below the horizon counts as one on it, as in Cycles. Raises InvalidInputError where ``has_hosek`` is
+    False.
     """
     tables = _coefficients()
     if tables is None:
