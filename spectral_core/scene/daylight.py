@@ -94,12 +94,16 @@ def has_hosek() -> bool:
 def hosek(turbidity: float, albedo: float, sun: Array, directions: Array) -> Array:
     """Linear sRGB (..., 3) of the sky along unit directions (..., 3) over a ground of some albedo.
 
-    Raises InvalidInputError where ``has_hosek`` is False.
+    A ``sun`` below the horizon counts as one on it, as in Cycles. Raises InvalidInputError where ``has_hosek`` is
+    False.
     """
     tables = _coefficients()
     if tables is None:
         raise InvalidInputError("the data of the Hosek-Wilkie sky are missing; install Mitsuba 3.7")
-    height = (max(float(np.arcsin(np.clip(sun[2], -1, 1))), 0.0) / (np.pi / 2)) ** (1 / 3)
+    if sun[2] < 0:
+        flat = float(np.hypot(sun[0], sun[1]))
+        sun = np.array([sun[0] / flat, sun[1] / flat, 0.0] if flat > 0 else [0.0, 1.0, 0.0])
+    height = (float(np.arcsin(np.clip(sun[2], 0, 1))) / (np.pi / 2)) ** (1 / 3)
     shares = np.array([comb(5, k) * height**k * (1 - height) ** (5 - k) for k in range(6)])
     turbid = float(np.clip(turbidity, 1.0, MOST_TURBID))
     low = min(int(turbid), 9)

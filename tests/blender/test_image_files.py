@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from contextlib import nullcontext
 from types import SimpleNamespace
 
@@ -176,3 +178,70 @@ def test_floats_in_srgb_are_decoded_after_filtering_as_in_cycles(build, translat
     mean = (numbers[2, 1, :3] + numbers[2, 2, :3]) / 2  # row 0 of the file is at the top
     wanted = ((mean + 0.055) / 1.055) ** 2.4
     np.testing.assert_allclose(np.ravel(colors(translate(), (0.5, 0.375))), wanted, rtol=5e-3)
+
+
+def png_of_16_bits(path, numbers):
+    """A file of ``numbers`` (height, width, 4) in [0, 1], row 0 at the bottom."""
+    height, width = numbers.shape[:2]
+    rows = np.rint(numbers[::-1] * 65535).astype(">u2").reshape(height, -1)
+    parts = {b"IHDR": struct.pack(">2I5B", width, height, 16, 6, 0, 0, 0),
+             b"IDAT": zlib.compress(b"".join(b"\0" + row.tobytes() for row in rows)), b"IEND": b""}  # fmt: skip
+    chunks = [struct.pack(">I", len(d)) + k + d + struct.pack(">I", zlib.crc32(k + d)) for k, d in parts.items()]
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+
+
+@pytest.mark.parametrize("reads_alpha", [False, True])
+@pytest.mark.parametrize("mode", ["STRAIGHT", "PREMUL"])
+@pytest.mark.parametrize("space", ["sRGB", "Linear Rec.709"])
+def test_a_png_of_16_bits_is_multiplied_by_its_alpha_as_cycles_does(
+    build, translate, tmp_path, space, mode, reads_alpha
+):
+    numbers = np.random.default_rng(3).uniform(0.2, 0.9, (4, 4, 4))
+    numbers[..., :3] *= numbers[..., 3:]  # so that colors that count as multiplied are not above alpha
+    png_of_16_bits(tmp_path / "leaf.png", numbers)
+    image = bpy.data.images.load(str(tmp_path / "leaf.png"))
+    node = textured(build, image)
+    image.colorspace_settings.name, image.alpha_mode = space, mode
+    if reads_alpha:
+        tree = node.id_data
+        tree.links.new(node.outputs["Alpha"], tree.nodes["shader"].inputs["Strength"])
+    stored = numbers[..., :3] * numbers[..., 3:]
+    mean = (stored[1, 1] + stored[1, 2]) / 2
+    alpha = (numbers[1, 1, 3] + numbers[1, 2, 3]) / 2
+    seen = mean / alpha if reads_alpha else mean
+    wanted = (np.where(seen > 0.04045, ((seen + 0.055) / 1.055) ** 2.4, seen / 12.92)) if space == "sRGB" else seen
+    found = np.ravel(colors(translate(), (0.5, 0.375)))[:3]
+    np.testing.assert_allclose(found, wanted, rtol=5e-3)
+
+
+def test_bytes_of_wide_spaces_keep_the_colors_that_no_display_shows(build, translate, tmp_path):
+    """They were cut to [0, 1], and multiplied by alpha before they were made linear."""
+    made = bpy.data.images.new("saved", 4, 4, alpha=True)
+    made.pixels.foreach_set(np.tile(np.array([0, 1, 0.2, 0.4], np.float32), 16))
+    made.filepath_raw, made.file_format = str(tmp_path / "green.png"), "PNG"
+    made.save()
+    image = bpy.data.images.load(str(tmp_path / "green.png"))
+    textured(build, image)
+    image.colorspace_settings.name = "Linear Rec.2020"
+    srgb_of_rec2020 = [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]]
+    wanted = 0.4 * np.array(srgb_of_rec2020) @ (0, 1, 0.2)  # BT.2087
+    scene = translate()
+    np.testing.assert_allclose(np.ravel(colors(scene, (0.5, 0.5)))[:3], wanted, atol=2e-3)
+    assert scene.notes == ()
+
+
+@pytest.mark.parametrize("goes", ["to a node that nothing reads", "to a shader that a factor of 0 leaves out"])
+def test_an_alpha_that_nothing_shows_does_not_count(build, translate, goes):
+    """Cycles leaves such nodes out, so that the color is multiplied by alpha, as without the link."""
+    node = textured(build, build.image("Half", np.full((4, 4, 4), 0.5), color_space="sRGB"))
+    node.image.colorspace_settings.name, tree = "sRGB", node.id_data
+    alone = np.ravel(colors(translate(), (0.5, 0.5)))
+    other = tree.nodes.new("ShaderNodeEmission")
+    tree.links.new(node.outputs["Alpha"], other.inputs["Strength"])
+    if "factor" in goes:
+        mix = tree.nodes.new("ShaderNodeMixShader")
+        mix.inputs[0].default_value = 0.0
+        tree.links.new(tree.nodes["shader"].outputs[0], mix.inputs[1])
+        tree.links.new(other.outputs[0], mix.inputs[2])
+        tree.links.new(mix.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Surface"])
+    np.testing.assert_array_equal(np.ravel(colors(translate(), (0.5, 0.5))), alone)

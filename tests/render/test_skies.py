@@ -28,6 +28,13 @@ def test_the_sky_of_hosek_and_wilkie_is_cycles():
     assert not sky.sun_radiance(0.01).any(), "it has no disk"
 
 
+def test_a_sun_below_the_horizon_counts_as_one_on_it_as_in_cycles():
+    toward = {(0.0469548, 0.9557877, 0.2902847): (0.0251155, 0.0218351, 0.0143320),
+              (0.6, 0.6, 0.5291503): (0.0165880, 0.0156306, 0.0123897)}  # fmt: skip
+    found = Atmosphere("hosek", sun_direction=(0.5, 0.5, -0.5)).radiance(np.array(list(toward)))
+    np.testing.assert_allclose(found, list(toward.values()), rtol=0.06)
+
+
 def test_the_sky_is_finite_at_the_ends_of_its_settings():
     directions = np.array([(0, 0, 1.0), (1, 0, 0), (0, 0, -1), (0, 0.6, 0.8)])
     for turbidity in (0.0, 1.0, 5.5, 10.0, 30.0):

@@ -161,7 +161,7 @@ def _background(reader: Reader, source: Output, weight: float, *, camera: bool) 
     image = linked(place)
     color: Paint = Color(np.array(MISSING))
     if image is not None and image.node.type == "TEX_ENVIRONMENT":
-        texture = image_of_node(reader.translation, image.node, reader.owner, image.socket.name)
+        texture = image_of_node(reader.translation, image, reader.owner)
         color = color if texture is None else replace(texture, extension="repeat")
     else:
         color = gray(1.0) if place is None else reader.paint(place, gray(1.0))

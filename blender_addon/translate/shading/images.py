@@ -13,18 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene import ImageTexture
-from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
+from spectral_core.spectra.color import linear_from_display_rgb
 
 from ..context import ReadImage, Translation
 from ..ledger import note_changed
 from ..questions import state_of_file
 from .image_files import frame_image, frame_of, tile_image, tiles_of
+from .image_files.alpha import file_bytes, is_from_file, multiplied_bytes, multiplied_floats
 from .image_files.color_spaces import as_in_file, scene_linear
+from .tree import Output, is_read, wanted_aovs
 
 Array = NDArray[Any]
 
-MOST_OF_BYTES = 1.02
-"""Value from which a color is brighter than white, beyond the rounding of color spaces."""
 EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
     "REPEAT": "repeat",
     "EXTEND": "extend",
@@ -42,20 +42,20 @@ WHOLE, FRAME, TILE, STACKED, USE = "whole", "frame", "tile", "stacked", "use"
 """First words of the keys of images that were read, by what they are; Blender's image follows, as ``_image_key``."""
 
 
-def image_of_node(translation: Translation, node: Any, owner: str, channel: str = "Color") -> ImageTexture | None:
+def image_of_node(translation: Translation, output: Output, owner: str) -> ImageTexture | None:
     """Image of an Image or Environment Texture node with the node's interpolation and extension.
 
-    ``owner``: owner of the node; ``channel``: its output, ``"Color"`` or ``"Alpha"`` (one raw channel). None, with a
-    Note, without a picture.
+    ``output``: its Color or its Alpha (one raw channel); ``owner``: owner of the node. None, with a Note, without a
+    picture.
     """
-    image = node.image
+    node, channel, image = output.node, output.socket.name, output.node.image
     if image is None:
         translation.note(owner, f"{node.name!r} has no image; it is magenta, as in Cycles")
         return None
     if image.source == "SEQUENCE":
-        texture = _frame(translation, node, channel)
+        texture = _frame(translation, node, channel, alpha_is_read(translation, output))
     else:
-        texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(node))
+        texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(translation, output))
     if texture is None:
         return None
     extension = EXTENSIONS.get(getattr(node, "extension", "REPEAT"), "repeat")
@@ -68,16 +68,16 @@ def image_of_node(translation: Translation, node: Any, owner: str, channel: str 
     return translation.image(key, lambda: used)
 
 
-def _frame(translation: Translation, node: Any, channel: str) -> ImageTexture | None:
+def _frame(translation: Translation, node: Any, channel: str, reads_alpha: bool) -> ImageTexture | None:
     """The file of a sequence that a node shows at the scene's frame."""
     translation.reads_elsewhere = True  # the scene's frame
     image, number = node.image, frame_of(node.image_user, int(translation.scene.frame_current))
-    key = (FRAME, *_image_key(image), channel, alpha_is_read(node), number)
+    key = (FRAME, *_image_key(image), channel, reads_alpha, number)
 
     def make() -> ImageTexture | None:
         with frame_image(image, number) as found:
             if found is not None:
-                return _read(translation, found, channel, alpha_is_read(node))
+                return _read(translation, found, channel, reads_alpha)
         where = f"{image.filepath}, file {number}"
         translation.note(image.name, f"the image could not be read ({where}); it is magenta, as in Cycles")
         return None
@@ -85,9 +85,10 @@ def _frame(translation: Translation, node: Any, channel: str) -> ImageTexture | 
     return translation.image(key, make)
 
 
-def tiles_of_node(translation: Translation, node: Any, channel: str) -> list[tuple[tuple[int, ...], ImageTexture]]:
+def tiles_of_node(translation: Translation, output: Output) -> list[tuple[tuple[int, ...], ImageTexture]]:
     """Tiles of an Image Texture whose image is a UDIM set: those of one size are stacked in one image."""
-    image, reads_alpha = node.image, alpha_is_read(node)
+    node, channel, reads_alpha = output.node, output.socket.name, alpha_is_read(translation, output)
+    image = node.image
     groups: dict[Any, list[tuple[int, ImageTexture]]] = {}
     for number in tiles_of(image):
         key = (TILE, *_image_key(image), channel, reads_alpha, number)
@@ -120,10 +121,9 @@ def _stacked(translation: Translation, node: Any, of: list[tuple[int, ImageTextu
     return found
 
 
-def alpha_is_read(node: Any) -> bool:
-    """True if anything is linked to the node's Alpha: its color is then not multiplied by alpha, as in Cycles."""
-    socket = next((socket for socket in node.outputs if socket.name == "Alpha"), None)
-    return socket is not None and socket.is_linked and not all(link.is_muted for link in socket.links)
+def alpha_is_read(translation: Translation, output: Output) -> bool:
+    """True if the Alpha of an image's node counts: its color is then not multiplied by alpha, as in Cycles."""
+    return is_read(output, "Alpha", wanted_aovs(translation.depsgraph))
 
 
 def read_image(
@@ -213,17 +213,10 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     space = image.colorspace_settings.name
     if space in VIDEO_SPACES:
         translation.note(image.name, f"colors of its color space {space!r} differ in brightness from those of Cycles")
-    if has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES:
-        colors = _associated(translation, image, colors, pixels[..., 3:4])
-        if alpha_is_read:  # stored premultiplied and divided after filtering, as in Cycles
-            colors = np.concatenate([colors, pixels[..., 3:4]], axis=2)
-    if image.is_float:  # Blender has already brought these to its scene-linear space
-        is_from_file = image.packed_file is None and image.source in ("FILE", "SEQUENCE", "TILED")
-        if space == "sRGB" and is_from_file and not _changes_colors(translation):
-            divided = pixels[..., 3:4] if has_alpha and image.alpha_mode == "PREMUL" else None
-            return ImageTexture(image.name, as_in_file(colors, divided), color_space="srgb")
-        return _float_image(translation, image.name, colors, is_color=space not in NUMBER_SPACES)
-    return _byte_image(translation, image.name, colors, space)
+    multiplies = has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES
+    coverage = pixels[..., 3:4] if multiplies else None
+    read = _float_image if image.is_float else _byte_image
+    return read(translation, image, colors, coverage, alpha_is_read)
 
 
 def _levels(values: Array) -> Array:
@@ -234,31 +227,29 @@ def _levels(values: Array) -> Array:
     return levels
 
 
-def _associated(translation: Translation, image: Any, colors: Array, alpha: Array) -> Array:
-    """Colors multiplied by alpha in the file's own encoding, as Cycles stores them: bytes, or numbers."""
-    is_from_file = image.packed_file is None and image.source == "FILE"
-    if image.is_float:  # float buffers are premultiplied, straight files by Blender; Cycles reads the file itself
-        undone = image.alpha_mode == "STRAIGHT" and is_from_file
-        return np.asarray(colors / np.where(alpha > 0, alpha, 1), dtype=np.float32) if undone else colors
-    is_twice = image.alpha_mode == "PREMUL" and is_from_file
-    if is_twice:
-        # Blender divided the file's colors by alpha; Cycles reads the file itself, whose colors count as undivided
-        translation.note(image.name, "its colors are stored multiplied by alpha; where they exceed it they are limited")
-    if (alpha == 255).all():
-        return colors
-    for row in range(len(colors)):  # whole numbers of a row fit into a cache
-        share, levels = alpha[row].astype(np.uint32), colors[row].astype(np.uint32)
-        levels = (2 * levels * share + 255) // 510 if is_twice else levels  # the nearest byte
-        colors[row] = levels * share // 255  # Cycles multiplies bytes and rounds down
-    return colors
+def _float_image(
+    translation: Translation, image: Any, colors: Array, alpha: Array | None, alpha_is_read: bool
+) -> ImageTexture:
+    """The image of floats, which Blender has already brought to its scene-linear space.
 
-
-def _float_image(translation: Translation, name: str, colors: Array, *, is_color: bool) -> ImageTexture:
-    if not is_color:
-        return ImageTexture(name, colors, color_space="raw")
+    ``alpha``: (height, width, 1) by which colors are multiplied; None for none.
+    """
+    divided, space = None, image.colorspace_settings.name
+    if alpha is not None:
+        colors, divided = multiplied_floats(image, colors, alpha)
+    colors = _with_alpha(colors, alpha, alpha_is_read)
+    if space in NUMBER_SPACES:
+        return ImageTexture(image.name, colors, color_space="raw")
+    if space == "sRGB" and is_from_file(image) and not _changes_colors(translation):
+        return ImageTexture(image.name, as_in_file(colors, divided), color_space="srgb")
     if colors.shape[2] >= 3 and _changes_colors(translation):
-        colors = np.concatenate([translation.linear_rgb(colors), colors[..., 3:]], axis=2).astype(np.float32)
-    return ImageTexture(name, colors, color_space="linear")
+        colors = np.concatenate([translation.linear_rgb(colors), colors[..., 3:]], axis=2)
+    return ImageTexture(image.name, colors.astype(np.float32), color_space="linear")
+
+
+def _with_alpha(colors: Array, alpha: Array | None, alpha_is_read: bool) -> Array:
+    """Colors with the alpha by which they are divided after filtering, as in Cycles, if it is read."""
+    return np.concatenate([colors, alpha], axis=2) if alpha is not None and alpha_is_read else colors
 
 
 def _changes_colors(translation: Translation) -> bool:
@@ -266,24 +257,29 @@ def _changes_colors(translation: Translation) -> bool:
     return not np.array_equal(translation.rgb_from_working, np.eye(3))
 
 
-def _byte_image(translation: Translation, name: str, colors: Array, space: str) -> ImageTexture:
-    """The image of bytes in a color space."""
+def _byte_image(
+    translation: Translation, image: Any, colors: Array, alpha: Array | None, alpha_is_read: bool
+) -> ImageTexture:
+    """The image of bytes; ``alpha``: as for ``_float_image``."""
+    space = image.colorspace_settings.name
+    if alpha is not None:
+        colors = file_bytes(translation, image, colors, alpha)
+    kind: Literal["raw", "linear", "srgb"] = "srgb"
     if space in NUMBER_SPACES or space in LINEAR_SPACES:
-        return ImageTexture(name, colors, color_space="raw" if space in NUMBER_SPACES else "linear")
-    if space == "sRGB":
-        return ImageTexture(name, colors, color_space="srgb")
-    colors = colors / np.float32(255)
-    # Cycles stores such colors as bytes of its scene-linear space, with the curve of sRGB
-    rgb = np.broadcast_to(colors[..., :3], (*colors.shape[:2], 3))
-    unbounded = scene_linear(rgb, space)
-    if unbounded.max(initial=0.0) > MOST_OF_BYTES:
-        translation.note(name, f"colors of its color space {space!r} that are brighter than 1 are limited to 1")
-    linear = np.clip(unbounded, 0, 1)
-    if not _changes_colors(translation):
-        curved = np.concatenate([display_rgb_from_linear(linear), colors[..., 3:]], axis=2)
-        return ImageTexture(name, np.rint(np.clip(curved, 0, 1) * 255).astype(np.uint8), color_space="srgb")
-    linear = np.concatenate([translation.linear_rgb(linear), colors[..., 3:]], axis=2)
-    return ImageTexture(name, linear.astype(np.float32), color_space="linear")
+        kind = "raw" if space in NUMBER_SPACES else "linear"
+    if kind != "srgb" or space == "sRGB":
+        if alpha is not None:
+            colors = multiplied_bytes(colors, alpha)
+        return ImageTexture(image.name, _with_alpha(colors, alpha, alpha_is_read), color_space=kind)
+    # Cycles converts the colors as they are, and keeps those that no display shows
+    rgb = np.broadcast_to(colors[..., :3] / np.float32(255), (*colors.shape[:2], 3))
+    linear = scene_linear(rgb, space)
+    if _changes_colors(translation):
+        linear = translation.linear_rgb(linear)
+    if alpha is not None:
+        alpha = alpha / np.float32(255)
+        linear = linear * alpha
+    return ImageTexture(image.name, _with_alpha(linear, alpha, alpha_is_read).astype(np.float32), color_space="linear")
 
 
 def linear_pixels(texture: ImageTexture) -> Array:

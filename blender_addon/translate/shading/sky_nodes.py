@@ -38,7 +38,7 @@ MODELS: dict[str, Any] = {
 @evaluator("TEX_ENVIRONMENT")
 def _environment(reader: Reader, output: Output) -> Any:
     node = output.node
-    texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
+    texture = image_of_node(reader.translation, output, reader.owner)
     if texture is None:
         return np.array(MISSING)
     direction = place_of(reader, output, "position")

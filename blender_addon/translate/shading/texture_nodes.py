@@ -90,10 +90,10 @@ def _image(reader: Reader, output: Output) -> Any:
     is_alpha = output.socket.name == "Alpha"
     if node.image is not None and node.image.source == "TILED" and node.projection != "BOX":
         return _tiled(reader, output)
-    texture = image_of_node(reader.translation, node, reader.owner, output.socket.name)
+    texture = image_of_node(reader.translation, output, reader.owner)
     if texture is None:
         return 1.0 if is_alpha else np.array(MISSING)
-    unassociates = alpha_is_read(node) and texture.pixels.shape[2] == 4
+    unassociates = alpha_is_read(reader.translation, output) and texture.pixels.shape[2] == 4
     if node.projection == "BOX":
         place = place_of(reader, output, "uv")
         normal = reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
@@ -113,14 +113,14 @@ def _tiled(reader: Reader, output: Output) -> Any:
     place = place_of(reader, output, "uv")
     if node.projection in ("SPHERE", "TUBE"):
         place = reader.emit("round_coordinates", place, settings=(node.projection,))
-    groups = tiles_of_node(reader.translation, node, output.socket.name)
+    groups = tiles_of_node(reader.translation, output)
     known = tuple(number for numbers, _ in groups for number in numbers)
     outside = reader.emit("outside_tiles", place, settings=known)
     total = reader.emit(
         "vector_math", np.array((1.0, 1.0, 1.0) if is_alpha else MISSING), outside, 0.0, 0.0, settings=("MULTIPLY",)
     )
     for numbers, texture in groups:
-        unassociates = alpha_is_read(node) and texture.pixels.shape[2] == 4
+        unassociates = alpha_is_read(reader.translation, output) and texture.pixels.shape[2] == 4
         part = reader.emit("image_tiles", place, settings=(unassociates, *numbers), data=texture)
         total = reader.emit("vector_math", total, part, 0.0, 0.0, settings=("ADD",))
     return reader.emit("component", total, settings=(0,)) if is_alpha else total

@@ -3,19 +3,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 MOST_HOPS = 1000
 """Longer chains are not followed: only a broken file contains one."""
-_searched: ContextVar[dict[int, dict[int, Any]] | None] = ContextVar("_searched", default=None)
-"""Within ``searched_once``: the effective link of each linked input, by pointers of its tree and of the socket.
+Key = tuple[int, tuple[int, ...]]
+"""Pointers of a socket or node and of the groups around it."""
 
-Icons are read on another thread, which has a value of its own.
-"""
+
+@dataclass(frozen=True)
+class _Searched:
+    """What was found in trees, by their pointers: the effective link of each linked input, and what is read."""
+
+    links: dict[int, dict[int, Any]] = field(default_factory=dict)
+    read: dict[int, set[Key]] = field(default_factory=dict)
+
+
+_searched: ContextVar[_Searched | None] = ContextVar("_searched", default=None)
+"""Within ``searched_once`` what was found. Icons are read on another thread, which has a value of its own."""
 
 
 @contextmanager
@@ -24,7 +33,7 @@ def searched_once() -> Iterator[None]:
 
     Blender's ``socket.links`` compares a socket with all links of its tree, which makes long trees quadratic.
     """
-    token = _searched.set({})
+    token = _searched.set(_Searched())
     try:
         yield
     finally:
@@ -113,10 +122,10 @@ def _link(socket: Any) -> Any:
     """The effective link: an input has at most one, unless it is muted or broken."""
     if not socket.is_linked:
         return None
-    trees = _searched.get()
-    if trees is None:
+    searched = _searched.get()
+    if searched is None:
         return next((link for link in socket.links if not link.is_muted and link.is_valid), None)
-    tree = socket.id_data
+    tree, trees = socket.id_data, searched.links
     if (found := trees.get(tree.as_pointer())) is None:
         found = trees[tree.as_pointer()] = {}
         for link in tree.links:
@@ -162,3 +171,63 @@ def linked(place: Input | None) -> Output | None:
         return None
     source = place.source()
     return source if isinstance(source, Output) else None
+
+
+def wanted_aovs(depsgraph: Any) -> dict[str, str]:
+    """Type of each AOV of the view layer, by name."""
+    return {aov.name: aov.type for aov in depsgraph.view_layer_eval.aovs if aov.is_valid}
+
+
+def aov_nodes(tree: Any, groups: tuple[Any, ...] = ()) -> Iterator[tuple[Any, tuple[Any, ...]]]:
+    """The active AOV Output nodes of a tree, then those of its groups, and the group nodes around each."""
+    nodes = [] if tree is None else [node for node in tree.nodes if not node.mute]
+    yield from ((node, groups) for node in nodes if node.type == "OUTPUT_AOV")
+    for node in nodes:
+        if node.type == "GROUP" and all(node.node_tree != group.node_tree for group in groups):
+            yield from aov_nodes(node.node_tree, (*groups, node))
+
+
+def is_read(output: Output, name: str, aovs: Collection[str]) -> bool:
+    """True if what is rendered reads the output ``name`` of the same node. Cycles leaves out all other nodes.
+
+    ``aovs``: names of the AOVs that are rendered.
+    """
+    socket = next((socket for socket in output.node.outputs if socket.name == name), None)
+    if socket is None or not socket.is_linked:
+        return False
+    tree, searched = (*output.groups, output.node)[0].id_data, _searched.get()
+    if searched is None:
+        return _key(socket, output.groups) in _read_sockets(tree, aovs)
+    if tree.as_pointer() not in searched.read:
+        searched.read[tree.as_pointer()] = _read_sockets(tree, aovs)
+    return _key(socket, output.groups) in searched.read[tree.as_pointer()]
+
+
+def _key(item: Any, groups: tuple[Any, ...]) -> Key:
+    return item.as_pointer(), tuple(group.as_pointer() for group in groups)
+
+
+def _read_sockets(tree: Any, aovs: Collection[str]) -> set[Key]:
+    """The output sockets in a tree and its groups that its active outputs read."""
+    ends = [(surface_output(tree, kind), ()) for kind in ("OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT")]
+    ends += [(node, groups) for node, groups in aov_nodes(tree) if node.aov_name in aovs]
+    waiting = [Input(socket, groups) for node, groups in ends if node is not None for socket in node.inputs]
+    sockets: set[Key] = set()
+    nodes: set[Key] = set()
+    while waiting:
+        source = linked(waiting.pop())
+        if source is None:
+            continue
+        sockets.add(_key(source.socket, source.groups))
+        if (node := _key(source.node, source.groups)) not in nodes:
+            nodes.add(node)
+            waiting += [Input(socket, source.groups) for socket in _mixed(source.node)]
+    return sockets
+
+
+def _mixed(node: Any) -> list[Any]:
+    """The input sockets that a node reads: of Mix Shader one shader where its factor shows that one alone."""
+    sockets = [socket for socket in node.inputs if socket.enabled]
+    if node.type != "MIX_SHADER" or sockets[0].is_linked or 0 < sockets[0].default_value < 1:
+        return sockets
+    return [sockets[1 if sockets[0].default_value <= 0 else 2]]

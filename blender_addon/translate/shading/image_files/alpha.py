@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colors multiplied by alpha as Cycles stores them. It reads the file itself, and multiplies what the file keeps apart;
+Blender's buffers were multiplied or divided by the alpha mode.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...context import Translation
+
+Array = NDArray[Any]
+
+
+def is_from_file(image: Any) -> bool:
+    """True if Cycles reads the image's file and not Blender's pixels."""
+    return image.packed_file is None and image.source in ("FILE", "SEQUENCE", "TILED")
+
+
+def multiplied_floats(image: Any, colors: Array, alpha: Array) -> tuple[Array, Array | None]:
+    """Float colors (height, width, channels) multiplied by alpha as Cycles stores them.
+
+    With them the divisor (height, width, 1) that gives the colors which Blender decoded from sRGB; None for 1.
+    """
+    if not is_from_file(image):  # Cycles has Blender's pixels
+        return colors, None
+    is_straight, share = image.alpha_mode == "STRAIGHT", np.where(alpha > 0, alpha, np.float32(1))
+    if image.file_format == "PNG":  # of the formats of floats the one that keeps them apart in every version
+        return (colors, share) if is_straight else (colors * alpha, share**2)
+    return (colors / share, None) if is_straight else (colors, share)
+
+
+def file_bytes(translation: Translation, image: Any, colors: Array, alpha: Array) -> Array:
+    """Bytes (height, width, channels) of the file, not multiplied by alpha; with a Note where they are not known."""
+    if image.alpha_mode != "PREMUL" or image.packed_file is not None or image.source != "FILE":
+        return colors
+    # Blender divided the file's colors by alpha; those of Cycles count as undivided
+    translation.note(image.name, "its colors are stored multiplied by alpha; where they exceed it they are limited")
+    return _by_rows(colors, alpha, lambda levels, share: (2 * levels * share + 255) // 510)  # the nearest byte
+
+
+def multiplied_bytes(colors: Array, alpha: Array) -> Array:
+    """Bytes multiplied by alpha, and rounded down, as Cycles does."""
+    return _by_rows(colors, alpha, lambda levels, share: levels * share // 255)
+
+
+def _by_rows(colors: Array, alpha: Array, change: Any) -> Array:
+    if (alpha == 255).all():
+        return colors
+    changed = np.empty_like(colors)
+    for row in range(len(colors)):  # whole numbers of a row fit into a cache
+        changed[row] = change(colors[row].astype(np.uint32), alpha[row].astype(np.uint32))
+    return changed
