@@ -15,9 +15,9 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 from ..drawing.icons import swatch_icon
 from ..operators.volume import shown_volume, volume_in
-from ..properties.volume import RANGE_KEY
 from ..translate.spectra.stored import spectrum_of
 from ..translate.volume_looks.curves import curve_node
+from ..translate.volume_looks.transfer import value_range
 from .parts import draw_curve, draw_source, draw_swatches, is_editable, takes_from_palette, wrapped
 
 LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
@@ -184,7 +184,11 @@ def _draw_curve_of(
 
 def _draw_ends(box: UILayout, data: Volume, which: str) -> None:
     """Draw the values at both ends of a curve over the data, if an import has stored them."""
-    ends = data.get(RANGE_KEY)
+    try:
+        ends = value_range(data)
+    except SpectralError as error:
+        wrapped(box, bpy.context, str(error), icon="ERROR")
+        return
     if ends is None or which == "gradient":
         return
     row = box.row()

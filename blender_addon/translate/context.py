@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.scene import ImageTexture, Note
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -126,6 +127,20 @@ class Translation:
     def linear_rgb(self, working_rgb: ArrayLike) -> NDArray[np.float64]:
         """Linear sRGB (..., 3) of colors in Blender's scene-linear space (the first three channels are read)."""
         return np.asarray(working_rgb, dtype=np.float64)[..., :3] @ self.rgb_from_working.T
+
+
+def finite(holder: Any, name: str, whose: str) -> float:
+    """A number of a panel. Raises InvalidInputError with its label if it is none: a script may store NaN."""
+    return float(finite_numbers(holder, name, whose))
+
+
+def finite_numbers(holder: Any, name: str, whose: str) -> NDArray[np.float64]:
+    """As ``finite``, for the numbers of a color."""
+    numbers = np.array(getattr(holder, name), dtype=np.float64)
+    if not np.isfinite(numbers).all():
+        label, given = holder.bl_rna.properties[name].name, ", ".join(map(str, numbers.ravel()))
+        raise InvalidInputError(f"{label} {whose} is {given}; expected {'numbers' if numbers.ndim else 'a number'}")
+    return numbers
 
 
 def overridden(depsgraph: Any, name: str) -> Any:

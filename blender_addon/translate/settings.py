@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from dataclasses import dataclass, fields
 from typing import Any
+
+import numpy as np
 
 from spectral_core.scene import UNLIMITED_PATHS, LightPaths, RenderSettings
 
 from ..properties.render import RENDER_FIELDS
+from .context import finite
 
 
 @dataclass(frozen=True)
@@ -26,13 +29,12 @@ def sampling_of(scene: Any) -> Sampling:
 
 
 def settings_of(scene: Any) -> RenderSettings:
-    """The artist's fixed settings; automatic ones are decided by the plan."""
+    """The artist's fixed settings; automatic ones are decided by the plan. Raises InvalidInputError for NaN."""
     settings = scene.spectral.render
     chosen = {each.name: each.value for each in settings.overrides if each.name != "transport"}
     cycles = getattr(scene, "cycles", None)
-    stated = _stated(settings, RenderSettings)
-    for name, goal in (("target_error", "ERROR"), ("time_budget_s", "TIME")):
-        stated[name] = stated.get(name) if settings.goal == goal else None
+    unused = {name for name, goal in (("target_error", "ERROR"), ("time_budget_s", "TIME")) if settings.goal != goal}
+    stated = _stated(settings, RenderSettings, unused)
     return RenderSettings(
         **stated,
         overrides=tuple(sorted(chosen.items())),
@@ -41,15 +43,23 @@ def settings_of(scene: Any) -> RenderSettings:
     )
 
 
-def _stated(settings: Any, kind: type) -> dict[str, Any]:
-    """Arguments of ``kind`` by the declaration of each setting."""
-    known = {each.name for each in fields(kind)}
+def _stated(settings: Any, kind: type, unused: Set[str] = frozenset()) -> dict[str, Any]:
+    """Arguments of ``kind`` by the declaration of each setting, without those that are ``unused``."""
+    known = {each.name for each in fields(kind)} - unused
     named = {core: field.name for field in RENDER_FIELDS.values() for core in field.core if core in known}
-    return {core: _READ.get(core, _same)(getattr(settings, name)) for core, name in named.items()}
+    return {
+        core: _READ[core](getattr(settings, name)) if core in _READ else _value(settings, name)
+        for core, name in named.items()
+    }
 
 
-def _same(value: Any) -> Any:
-    return value
+def _value(settings: Any, name: str) -> Any:
+    """A setting. Blender holds numbers in single precision, where the least error that the panel allows, 0.02, is a
+    little less: the shortest decimal number of the same bits is what was stated.
+    """
+    if not isinstance(getattr(settings, name), float):
+        return getattr(settings, name)
+    return float(str(np.float32(finite(settings, name, "of the render settings"))))
 
 
 _READ: dict[str, Callable[[Any], Any]] = {"transport": lambda name: None if name == "AUTO" else name.lower()}

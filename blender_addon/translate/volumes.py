@@ -74,6 +74,7 @@ def translate_volume(found: Collected, name: str, obj: Any, instance: Any) -> Vo
     try:
         volume = voxels_of(obj.data, saved_of(found, obj, instance), settings.grid)
         placed = ScalarVolume(obj.name, volume.data, matrix @ volume.world_from_index)
+        placed.require_renderable()
         stated = volume_looks.stated_transfer(data, translation.rgb_from_working)
         # Not of ``placed``, which is made anew at each edit.
         known = volume_looks.value_range(data) or volume.range_without_fill_values

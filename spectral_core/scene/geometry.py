@@ -245,6 +245,7 @@ class VolumeObject:
                 f"volume {self.name!r} has data of shape {np.shape(self.data)}; expected (nx, ny, nz)"
             )
         object.__setattr__(self, "world_from_index", affine(f"volume {self.name!r}", self.world_from_index))
+        require_range(f"the quality of volume {self.name!r}", self.quality, 10.0, 90.0, " dB")
 
 
 @read_only_when_copied

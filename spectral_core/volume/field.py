@@ -17,10 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_unmasked
+from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range, require_unmasked
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.fill_values import range_without_fill_values
 
+LEAST_VOXEL, GREATEST_VOXEL = 1e-30, 1e30
+"""World lengths of the edges of a voxel that is rendered: those times an extinction fit into single precision."""
 VOLUME_SOURCES = "read_volume of spectral_core.volume.files reads a file, sample_volume makes a sample"
 """Hint for a name or a path in place of a volume."""
 
@@ -96,6 +98,11 @@ class ScalarVolume:
     def voxel_size(self) -> NDArray[np.float64]:
         """World length of one voxel along each index axis, shape (3,)."""
         return np.linalg.norm(self.world_from_index[:3, :3], axis=0)
+
+    def require_renderable(self) -> None:
+        """Raise InvalidInputError for voxels shorter than ``LEAST_VOXEL`` or longer than ``GREATEST_VOXEL``."""
+        for edge in self.voxel_size:
+            require_range(f"the edge of a voxel of volume {self.name!r}", float(edge), LEAST_VOXEL, GREATEST_VOXEL)
 
 
 def _frozen_data(name: str, values: ArrayLike) -> NDArray[Any]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_kind, require_range
+from spectral_core.checks import require_kind
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.llvm_library import find_llvm, llvm_remedy, use_newest_llvm
 from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
@@ -30,8 +30,6 @@ from spectral_core.volume.prepared import PreparedTransfer
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
-LEAST_VOXEL, GREATEST_VOXEL = 1e-30, 1e30
-"""World lengths of a voxel's edges: those times an extinction fit into single precision."""
 _FARTHEST = 1e15  # voxels before a field: where rays begin that come from further away
 THESIS_WINDOW = 2  # voxels: the rank filter's reach, and the longest step of that rule
 
@@ -40,13 +38,12 @@ class VolumeRenderer:
     """Renders one field; keeps on the device all data that do not depend on view or transfer function.
 
     ``backend`` is ``llvm`` (the processor), ``cuda``, or a Dr.Jit array module. Raises MissingDependencyError if Dr.Jit
-    is not installed, InvalidInputError for voxels shorter than ``LEAST_VOXEL`` or longer than ``GREATEST_VOXEL``.
+    is not installed, InvalidInputError for voxels that ``require_renderable`` refuses.
     """
 
     def __init__(self, volume: ScalarVolume, backend: Any = "llvm") -> None:
         require_kind("the volume", volume, ScalarVolume, VOLUME_SOURCES)
-        for edge in volume.voxel_size:
-            require_range(f"the edge of a voxel of volume {volume.name!r}", float(edge), LEAST_VOXEL, GREATEST_VOXEL)
+        volume.require_renderable()
         self.volume = volume
         self.types = array_types(backend) if isinstance(backend, str) else backend
         self.device_volume = DeviceVolume(self.types, volume)

@@ -171,7 +171,7 @@ def test_a_painted_volume_under_a_sodium_lamp_has_its_spectral_color():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"quality": 5.0}, "quality is 5.0 dB"),
+        ({"quality": 5.0}, "the quality of volume 'slab' is 5.0 dB"),
         ({"rule": "best"}, "no step rule is named 'best'"),
         ({"lighting": "evn"}, "no volume lighting is named 'evn'; did you mean 'even'"),
     ],
@@ -212,3 +212,9 @@ def test_a_camera_of_a_very_wide_angle_sees_a_volume():
     assert np.isfinite(result.pixels).all()
     # Inside a slab half its thickness is ahead along the axis, and more at an angle.
     assert (result.pixels[..., :3] > 0.99 * COLOR * (1 - np.exp(-0.6))).all()
+
+
+@pytest.mark.parametrize("quality", [np.nan, np.inf, 9.0, 91.0])
+def test_a_quality_out_of_range_names_its_volume(quality):
+    with pytest.raises(InvalidInputError, match="the quality of volume 'slab'"):
+        slab(constant(), quality=quality)

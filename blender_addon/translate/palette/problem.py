@@ -13,8 +13,9 @@ from spectral_core.spectra.observer import STANDARD, normalized
 from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid, Spectrum
 
 from ...properties.palette_cell import BOXED, REFERRING
+from ..context import finite
 from ..spectra.stored import spectrum_of
-from .settings import finite, settings_of
+from .settings import settings_of
 from .table import places, references
 
 

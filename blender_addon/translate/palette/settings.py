@@ -13,6 +13,7 @@ from spectral_core.spectra.observer import STANDARD, xyz_of
 from spectral_core.spectra.spectrum import SpectralGrid
 
 from ...properties.palette import PALETTE_FIELDS, SpectralPalette
+from ..context import finite
 
 PHYSICAL = {"reflectance_bounds": (0.0, 1.0), "light_bounds": (0.0, np.inf)}
 UNBOUNDED = (-np.inf, np.inf)
@@ -26,14 +27,6 @@ def settings_of(palette: bpy.types.PropertyGroup) -> dict[str, Any]:
         finite(palette, name, "of the table")
     named = {core: name for name, field in PALETTE_FIELDS.items() for core in field.core}
     return {core: _READ[core](values) if core in _READ else values[name] for core, name in named.items()}
-
-
-def finite(holder: bpy.types.PropertyGroup, name: str, whose: str) -> float:
-    """A number of the table. Raises InvalidInputError with its label if it is none: a script may store NaN."""
-    number = float(getattr(holder, name))
-    if not np.isfinite(number):
-        raise InvalidInputError(f"{holder.bl_rna.properties[name].name} {whose} is {number}; expected a number")
-    return number
 
 
 def store_settings(palette: bpy.types.PropertyGroup, problem: PaletteProblem) -> list[str]:

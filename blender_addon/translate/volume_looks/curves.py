@@ -103,7 +103,8 @@ def require_held(name: str, positions: ArrayLike, heights: ArrayLike) -> None:
 def curve_points(volume: Volume, material: PropertyGroup, which: str) -> tuple[np.ndarray, np.ndarray]:
     """Positions (n,) and heights (n,) of a curve as straight lines; curved parts are sampled finely.
 
-    Emission and edges have a ramp until their curve is drawn. Raises InvalidInputError for a lost curve of the density.
+    Emission and edges have a ramp until their curve is drawn. Raises InvalidInputError for a lost curve of the density,
+    and for a point that is not finite.
     """
     node = curve_node(volume, material, which)
     if node is None and which == "density":
@@ -117,6 +118,12 @@ def curve_points(volume: Volume, material: PropertyGroup, which: str) -> tuple[n
     curve = mapping.curves[0]
     x = np.array([point.location[0] for point in curve.points], dtype=np.float64)
     y = np.array([point.location[1] for point in curve.points], dtype=np.float64)
+    for place, height in zip(x, y, strict=True):
+        if not np.isfinite((place, height)).all():
+            raise InvalidInputError(
+                f"the {which} curve of material {material.name!r} of volume {volume.name!r} has a point at "
+                f"{place:g}, {height:g}; expected numbers. Move or delete the point"
+            )
     if any(point.handle_type != "VECTOR" for point in curve.points):
         mapping.initialize()
         x = np.unique(np.concatenate([x, np.linspace(x[0], x[-1], 129)]))

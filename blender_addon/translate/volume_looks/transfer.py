@@ -12,6 +12,7 @@ from spectral_core.volume.transfer import Material, TransferFunction
 
 from ... import compat
 from ...properties.volume import LEAST_STEEPNESS, RANGE_KEY
+from ..context import finite, finite_numbers
 from ..spectra.stored import require_editable, spectrum_of, store_spectrum
 from .curves import add_material, clear, curve_points, require_held, set_curve
 
@@ -37,7 +38,8 @@ def stated_transfer(volume: Volume, rgb_from_working: np.ndarray | None = None) 
     spectral = any(spectrum is not None for spectrum in spectra)
     materials = []
     for entry, spectrum in zip(settings.materials, spectra, strict=True):
-        color = np.array(entry.color, dtype=np.float64) @ rgb_from_working.T
+        color = finite_numbers(entry, "color", f"of material {entry.name!r} of volume {volume.name!r}")
+        color = color @ rgb_from_working.T
         if spectral:
             nm = GRID.wavelengths_nm
             color = spectrum_of_color(color, nm) if spectrum is None else spectrum.resampled(GRID).values
@@ -47,21 +49,37 @@ def stated_transfer(volume: Volume, rgb_from_working: np.ndarray | None = None) 
 
 
 def value_range(volume: Volume) -> tuple[float, float] | None:
-    """The reference of fractions: the range of the imported data; None if unknown."""
+    """The reference of fractions: the range of the imported data; None if unknown.
+
+    Raises InvalidInputError for a property that a script has set to something else.
+    """
     stored = volume.get(RANGE_KEY)
-    return None if stored is None else (float(stored[0]), float(stored[1]))
+    if stored is None:
+        return None
+    try:
+        low, high = map(float, stored)
+    except (TypeError, ValueError):
+        low = high = np.nan
+    if not np.isfinite((low, high)).all():
+        given = list(stored) if hasattr(stored, "__len__") and not isinstance(stored, str) else stored
+        raise InvalidInputError(
+            f"the property {RANGE_KEY} of volume {volume.name!r} is {given}; expected its least and greatest value. "
+            "Delete the property, or import the file again"
+        )
+    return low, high
 
 
 def _stated(volume: Volume, entry: PropertyGroup, color: np.ndarray) -> Material:
+    whose = f"of material {entry.name!r} of volume {volume.name!r}"
     values, extinction = curve_points(volume, entry, "density")
-    extinction, emission = extinction * entry.density, None
-    if entry.emission != 0:  # also NaN, which a script may store: the core refuses it by name
+    extinction, emission = extinction * finite(entry, "density", whose), None
+    if (top := finite(entry, "emission", whose)) != 0:
         places, heights = curve_points(volume, entry, "emission")
-        values, extinction, emission = _on_one_axis((values, extinction), (places, heights * entry.emission))
+        values, extinction, emission = _on_one_axis((values, extinction), (places, heights * top))
     gradient = {}
     if entry.use_gradient:
         places, weights = curve_points(volume, entry, "gradient")
-        gradient = {"gradient_values": places * entry.gradient, "gradient_weights": weights}
+        gradient = {"gradient_values": places * finite(entry, "gradient", whose), "gradient_weights": weights}
     return Material(
         entry.name,
         values,
