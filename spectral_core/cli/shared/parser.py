@@ -28,7 +28,7 @@ class CommandParser(argparse.ArgumentParser):
         """The value of a word; the empty one names no file, and is what a shell makes of a variable that is not set."""
         if action.type is Path and not arg_string.strip():
             raise argparse.ArgumentError(action, "the name is empty; expected a file or folder")
-        return super()._get_value(action, arg_string)  # type: ignore[misc]
+        return super()._get_value(action, arg_string)
 
     def error(self, message: str) -> NoReturn:
         """Print the error in one line and exit with 2."""

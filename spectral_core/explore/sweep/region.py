@@ -74,6 +74,8 @@ class RegionOfInterest:
                 )
         for name, values in self.choices.items():
             parameter = space[name]
+            if not values:
+                raise InvalidInputError(f"the region chooses no value of {name}; name some, or leave the entry out")
             for value in values:
                 if parameter.kind != "choice" or value not in parameter.choices:
                     known = f"one of {', '.join(map(repr, parameter.choices))}" if parameter.choices else "a range"
