@@ -59,8 +59,8 @@ def _begin(
     """Start the process of a run. ``documents``: those that were written for it."""
     global _run, _scene_uid
     _forget()
-    _run, _scene_uid = Run(command, folder, total, documents), scene.session_uid
     sweep = scene.spectral.sweep
+    _run, _scene_uid = Run(command, folder, total, sweep.workers, documents), scene.session_uid
     sweep.status, sweep.total, sweep.is_under_way = "starting", total, True
     return _run
 
@@ -117,8 +117,7 @@ def look(scene: Scene) -> bool:
     sweep.done = run.done()
     sweep.is_under_way = code is None
     if code is None:
-        seconds = time.monotonic() - run.started
-        left = (run.total - sweep.done) * seconds / sweep.done if sweep.done else None
+        left = run.seconds_left(sweep.done)
         sweep.status = f"{sweep.done} of {run.total}" + ("" if left is None else f", about {left:.0f} s left")
         return True
     lines = run.lines()

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 from bpy.types import Scene
 
-from spectral_core.explore.sweep.ledger import DoneCount
+from spectral_core.explore.sweep.ledger import DoneCount, Pace
 from spectral_core.explore.sweep.store import Store
 
 from .background import BackgroundCommand
@@ -17,20 +18,27 @@ from .sweep_documents import Documents, folder_of, parameters_of
 class Run(BackgroundCommand):
     """The process of a sweep, and its progress by its ledger. Computed points stay when it ends.
 
-    ``documents``: those that were written for it, None if it runs with earlier ones.
+    ``workers``: its processes. ``documents``: those that were written for it, None if it runs with earlier ones.
     """
 
-    def __init__(self, command: list[str], folder: Path, total: int, documents: Documents | None = None) -> None:
+    def __init__(
+        self, command: list[str], folder: Path, total: int, workers: int, documents: Documents | None = None
+    ) -> None:
         super().__init__(command)
         self.folder, self.total = folder, total
         self._documents = documents
         self._count = DoneCount(folder / "ledger.sqlite")
+        self._before, self._pace = self._count.read(), Pace(workers)
 
     def done(self) -> int:
         """Finished points in the ledger; the last known number if it cannot be read, as when the disk is full."""
         if self._documents is not None:
             self._documents.look()
         return self._count.read()
+
+    def seconds_left(self, done: int) -> float | None:
+        """Seconds until all points are done, by those that this run has finished; None until one is."""
+        return self._pace.seconds_left(time.monotonic() - self.started, done - self._before, self.total - done)
 
     def end(self) -> None:
         """End the process if it still runs, and close the files."""

@@ -93,6 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core.explore.sweep.store import Store, cdb_folder
 
     folder = arguments.folder if (arguments.folder / "data.csv").is_file() else cdb_folder(arguments.folder)
+    _check_outputs(arguments)
     if arguments.folder.is_file():
         raise InvalidInputError(
             f"{arguments.folder} is a file; name the folder of the sweep, by default the name of its document with "
@@ -102,17 +103,20 @@ def run(arguments: argparse.Namespace) -> int:
     if not (folder / "project.json").is_file():
         if not (folder / "data.csv").is_file():
             raise InvalidInputError(
-                f"{folder} holds no sweep (neither project.json nor data.csv); run one first with "
+                f"{arguments.folder if arguments.folder.is_dir() else folder} holds no sweep (neither project.json nor "
+                "data.csv); run one first with "
                 "`spectral-scene sweep SWEEP.toml`, or name the folder of a Cinema database"
             )
         _refuse_analyses(arguments, folder)
         table = table_of_folder(folder)
+        _keep_pictures(arguments, folder, table)
         _figures(arguments, table)
     else:
         with Store.open(folder) as store:
             store.recover()
             result |= _analyze(arguments, store)
             table = table_of_store(store)
+            _keep_pictures(arguments, folder, table)
             _figures(arguments, table)
             if arguments.serve:
                 return _serve(arguments, store)
@@ -125,6 +129,25 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(result)
     return 0
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Raise InvalidInputError for a page that has the name of another file, and for one file that gets two contents."""
+    if arguments.out is not None and arguments.out.suffix.lower() not in (".html", ".htm"):
+        raise InvalidInputError(f"the page ends in .html; got --out {arguments.out}")
+    if arguments.figure and arguments.error_time and arguments.figure.resolve() == arguments.error_time.resolve():
+        raise InvalidInputError(f"--figure and --error-time both name {arguments.figure}; give each a file of its own")
+
+
+def _keep_pictures(arguments: argparse.Namespace, folder: Path, table: Any) -> None:
+    """Raise InvalidInputError for a figure that would replace a picture of the table."""
+    from spectral_core.cli.shared.outputs import require_apart
+    from spectral_core.explore.sweep.cinema import is_file_column
+
+    for path in (arguments.figure, arguments.error_time):
+        if path is not None and folder.resolve() in path.resolve().parents:
+            names = [column for name, column in table.columns.items() if is_file_column(name)]
+            require_apart([path], (folder / name for column in names for name in column if name))
 
 
 def _refuse_analyses(arguments: argparse.Namespace, folder: Path) -> None:

@@ -70,12 +70,25 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError(f"--workers is {arguments.workers}; expected 1 or more")
     folder = arguments.out or Path(arguments.sweep.stem + ".cdb")
     document = read_sweep(arguments.sweep)
+    _require_listed(arguments, folder)
     if arguments.plan:
         with planned_apart(document, folder) as apart:
             plan = apart.pending() if arguments.pending else apart.plan(arguments.budget)
         return _say(arguments, folder, plan)
     with closing(Sweep(document, folder)) as sweep:
         return _work(arguments, sweep, folder)
+
+
+def _require_listed(arguments: argparse.Namespace, folder: Path) -> None:
+    """Raise InvalidInputError if listed points are to be computed or collected in a folder that lists none."""
+    from spectral_core.explore.sweep.store import cdb_folder
+
+    wanted = [name for name in ("pending", "share", "collect") if getattr(arguments, name) not in (None, False)]
+    if wanted and not (cdb_folder(folder) / "project.json").is_file():
+        raise InvalidInputError(
+            f"--{wanted[0]} takes points that a folder lists, and {cdb_folder(folder)} holds no sweep; check the "
+            "folder's name, or list the points first, with --shell or by a run without this option"
+        )
 
 
 def _work(arguments: argparse.Namespace, sweep: Any, folder: Path) -> int:

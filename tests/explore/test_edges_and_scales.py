@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.explore.analysis.embedding import spectral_embedding
 from spectral_core.explore.features.images import difference_features, image_features
 from spectral_core.explore.features.picture_files import read_display, read_linear
@@ -133,3 +134,59 @@ def test_a_latin_hypercube_is_even_on_every_axis_when_few_values_are_chosen(chos
         assert sorted(int(point[name] * 60) for point in found) == list(range(60))
     counts = [sum(point["m"] == value for point in found) for value in chosen]
     assert counts == [60 // len(chosen)] * len(chosen)
+
+
+@pytest.mark.parametrize("chosen", [["b"], ["f", "a"], ["a", "c", "d", "f"]])
+def test_sobol_points_are_even_when_few_values_are_chosen(chosen: list[str]) -> None:
+    """Points with other values were left out: a third of the strata of every axis had no point."""
+    parameters = [{"name": name, "low": 0.0, "high": 1.0} for name in "xy"] + [{"name": "m", "choices": list("abcdef")}]
+    found = points_of(parameters, region={"choices": {"m": chosen}}, design={"kind": "sobol", "budget": 64, "seed": 4})
+    for name in "xy":
+        assert sorted(int(point[name] * 64) for point in found) == list(range(64))
+    assert [sum(point["m"] == value for point in found) for value in chosen] == [64 // len(chosen)] * len(chosen)
+
+
+@pytest.mark.parametrize(
+    "region",
+    [
+        {"constraints": ["a + b + c <= 1.5"]},
+        {"constraints": ["a >= b"], "ranges": {"c": [0.2, 3.0]}},
+        {"ball": {"center": dict.fromkeys("abc", 0.5), "radii": dict.fromkeys("abc", 0.5)}},
+    ],
+)
+def test_a_latin_hypercube_is_even_on_every_axis_of_a_region_that_is_no_box(region: dict[str, Any]) -> None:
+    """Each axis has one point between neighboring quantiles of the region; it had none between a quarter of them."""
+    parameters = [{"name": name, "low": 0.0, "high": 1.0} for name in "abc"]
+    count = 50
+    found = points_of(parameters, region=region, design={"kind": "latin_hypercube", "budget": count, "seed": 2})
+    points = np.array([[point[name] for name in "abc"] for point in found])
+    drawn = np.random.default_rng(5).random((200_000, 3))
+    if "ball" in region:
+        drawn = drawn[((drawn - 0.5) ** 2).sum(axis=1) <= 0.25]
+    elif "ranges" in region:
+        drawn = drawn * [1, 1, 2.8] + [0, 0, 0.2]
+        drawn = drawn[drawn[:, 0] >= drawn[:, 1]]
+    else:
+        drawn = drawn[drawn.sum(axis=1) <= 1.5]
+    for axis in range(3):
+        shares = np.searchsorted(np.sort(drawn[:, axis]), points[:, axis]) / len(drawn)
+        # the quantiles of the design are those of a sample, so points near them may be on either side
+        assert len(set((shares * count).astype(int))) >= 0.8 * count
+        assert np.abs(np.sort(shares) - (np.arange(count) + 0.5) / count).max() < 1.2 / count + 0.02
+    assert np.abs(points.mean(axis=0) - drawn.mean(axis=0)).max() < 0.01
+
+
+@pytest.mark.parametrize("kind", ["sobol", "latin_hypercube"])
+@pytest.mark.parametrize(
+    "region",
+    [
+        {"constraints": ["a + b <= 0.5", "a + b >= 0.6"]},
+        {"constraints": ["a <= -1"]},
+        {"constraints": ["a + b >= 1.9"], "ball": {"center": {"a": 0.5, "b": 0.5}, "radii": {"a": 0.2, "b": 0.2}}},
+    ],
+)
+def test_constraints_that_exclude_each_other_are_said_to(kind: str, region: dict[str, Any]) -> None:
+    """A million points were drawn first, which took up to minutes."""
+    parameters = [{"name": name, "low": 0.0, "high": 1.0} for name in "ab"]
+    with pytest.raises(InvalidInputError, match="the region is empty: its ranges, constraints and ball exclude"):
+        points_of(parameters, region=region, design={"kind": kind, "budget": 1000})

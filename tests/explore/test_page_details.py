@@ -107,3 +107,57 @@ def test_long_names_do_not_widen_the_page_of_a_phone(tmp_path: Path) -> None:
         page.run(f"explorer.state.color = '{long}'; explorer.changed()")
         assert page.run("[document.documentElement.scrollWidth, innerWidth]") == [390, 390]
         assert page.errors == []
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_the_page_on_paper_is_light_and_complete(tmp_path: Path, dark: bool) -> None:
+    """A printed page was as dark as the screen, its buttons were on it, and its table ended after 30 rows."""
+    names = [f"a_rather_long_name_{k}" for k in range(12)]
+    values = {name: [float(k * row) for row in range(200)] for k, name in enumerate(names)}
+    sizes = "[...document.querySelectorAll('canvas, .row')].map((e) => e.getBoundingClientRect().right)"
+    shown = "[...document.querySelectorAll('button')].filter((e) => e.offsetWidth && !e.closest('.row')).length"
+    with Browser(1400, 900, dark=dark) as page:
+        page.open(page_of(tmp_path, **values))
+        for view in ("matrix", "parallel", "table"):
+            page.run(f"document.getElementById('view-{view}').click(); dispatchEvent(new Event('beforeprint'))")
+            page.call("Emulation.setEmulatedMedia", {"media": "print"})
+            page.call("Emulation.setDeviceMetricsOverride",
+                      {"width": 720, "height": 1000, "deviceScaleFactor": 1, "mobile": False})  # fmt: skip
+            assert page.run("getComputedStyle(document.documentElement).getPropertyValue('--ink')") == "#1c1e21"
+            assert page.run(shown) == 0 and max(page.run(sizes)) <= 720
+            if view == "table":
+                assert page.run("document.querySelectorAll('.rows .row').length") == 200
+            else:  # drawn at twice the resolution of the screen
+                assert page.run(f"document.querySelector('#{view} canvas').width") > 1300
+            page.call("Emulation.setEmulatedMedia", {"media": ""})
+            page.call("Emulation.setDeviceMetricsOverride",
+                      {"width": 1400, "height": 900, "deviceScaleFactor": 1, "mobile": False})  # fmt: skip
+            page.run("dispatchEvent(new Event('afterprint'))")
+        assert page.run("document.querySelectorAll('.rows .row').length") < 60
+        assert page.errors == []
+
+
+def test_keys_reach_thumbnails_files_and_rows(tmp_path: Path) -> None:
+    """A thumbnail took the focus and heard no key, *Open state* took none, and arrows marked no row of the table."""
+    folder = tmp_path / "keys.cdb"
+    (folder / "image").mkdir(parents=True)
+    for row in range(80):
+        Image.new("RGB", (20, 10), (row, 90, 40)).save(folder / "image" / f"{row}.png")
+    (folder / "data.csv").write_text("a,FILE\n" + "".join(f"{-i},image/{i}.png\n" for i in range(80)), "utf-8")
+    path = write_page(folder / "page.html", table_of_folder(folder))
+    with Browser(1200, 700) as page:
+        page.open(path.resolve().as_uri())
+        page.run("explorer.select(new Uint8Array(80).fill(1)); document.querySelectorAll('.thumbnail')[2].focus()")
+        page.key("Enter")
+        assert page.run("explorer.state.compare") == [2]
+        page.run("document.getElementById('open-state').focus()")
+        assert page.run("document.activeElement.id") == "open-state"
+        page.run("document.activeElement.blur(); document.getElementById('view-table').click()")
+        page.run("explorer.state.sort = {column: 'a', down: false}; explorer.changed()")
+        for _ in range(60):
+            page.key("ArrowRight")
+        assert page.run("[...document.querySelectorAll('.row.picked span')].map((e) => e.textContent)") == [
+            "-21",
+            "-20",
+        ]
+        assert page.errors == []

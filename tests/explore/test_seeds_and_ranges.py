@@ -17,6 +17,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.compute import rendering
 from spectral_core.explore.sweep.designs import Design, design_points
 from spectral_core.explore.sweep.document import compute_node, sweep_of
+from spectral_core.explore.sweep.ledger import Pace
 from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.sweep import Sweep
@@ -230,3 +231,23 @@ def test_sobol_points_and_latin_hypercubes_have_as_many_parameters_as_a_sweep(ki
     assert values.shape == (40, count) and len(np.unique(values, axis=0)) == 40
     assert (np.abs(values) <= 1).all() and (values[:, 0] + values[:, 10] <= 1).all()
     assert np.ptp(values, axis=0).min() > 1.5
+
+
+def test_a_region_that_chooses_no_value_is_refused() -> None:
+    """The plan had no point, and said that all were taken."""
+    space = Space((Parameter("m", kind="choice", choices=("a", "b")),))
+    with pytest.raises(InvalidInputError, match="the region chooses no value of m; name some"):
+        design_points(space, RegionOfInterest(choices={"m": ()}), Design("sobol", 4))
+
+
+@pytest.mark.parametrize("workers", [1, 2, 16])
+def test_the_time_left_is_that_of_the_points(workers: int) -> None:
+    """The start of the workers counted as time of the points: one second before the end, 102 s were left."""
+    pace, starting, each = Pace(workers), 4.0, 0.05
+    for ended in range(1, 101):
+        seconds = starting + -(-ended // workers) * each
+        left = pace.seconds_left(seconds, ended, 100 - ended)
+        assert left is not None
+        if ended >= 2 * workers and ended % workers == 0:
+            assert left == pytest.approx((100 - ended) * each / workers)
+    assert Pace(3).seconds_left(5.0, 0, 8) is None

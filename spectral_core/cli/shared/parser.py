@@ -7,6 +7,7 @@ import argparse
 import difflib
 import re
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 from spectral_core.errors import InvalidInputError
@@ -22,6 +23,12 @@ class CommandParser(argparse.ArgumentParser):
         super().__init__(*given, **options)
         # argparse of before Python 3.14 takes only -1 and -1.5 for numbers, and other such words for options
         self._negative_number_matcher = NEGATIVE
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        """The value of a word; the empty one names no file, and is what a shell makes of a variable that is not set."""
+        if action.type is Path and not arg_string.strip():
+            raise argparse.ArgumentError(action, "the name is empty; expected a file or folder")
+        return super()._get_value(action, arg_string)
 
     def error(self, message: str) -> NoReturn:
         """Print the error in one line and exit with 2."""

@@ -38,8 +38,8 @@ def draw_matrix(
     color : the variable that colors the points; none if empty. Points without a value of it are gray.
     logarithmic : variables with a logarithmic axis, if all their values are above 0.
     """
-    if not 2 <= len(names) <= 12:
-        raise InvalidInputError(f"{len(names)} variables are named; a figure shows 2 to 12")
+    if not 2 <= len(set(names)) == len(names) <= 12:
+        raise InvalidInputError(f"the variables are {', '.join(names)}; a figure shows 2 to 12, each once")
     data = {name: _plotted(columns, name) for name in {*names, *([color] if color else [])}}
     figure = _figure(path, 1.6 * len(names))
     axes = figure.subplots(len(names), len(names), squeeze=False)
@@ -93,6 +93,9 @@ def draw_error_against_time(
     factors = list(by) or [""]
     figure = _figure(path, 2.6 * max(len(errors), 2), 2.4 * len(factors))
     axes = figure.subplots(len(factors), len(errors), squeeze=False)
+    for name in (time, *errors):
+        if _plotted(columns, name)[1]:
+            raise InvalidInputError(f"the column {name!r} holds texts; errors and times are numbers")
     seconds = _plotted(columns, time)[0]
     for row, factor in enumerate(factors):
         shade, texts = _plotted(columns, factor) if factor else (np.zeros(len(seconds)), [])

@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.explore.sweep.batches.drawn import sobol_batches
+from spectral_core.explore.sweep.batches.latin import latin_batches
 from spectral_core.explore.sweep.parameters import Space, Value
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.lattice import Frame, Region, make_lattice, progressive_fill, progressive_points
@@ -27,8 +29,6 @@ DesignKind = Literal["lattice", "sobol", "latin_hypercube", "list"]
 DESIGNS: tuple[DesignKind, ...] = ("lattice", "sobol", "latin_hypercube", "list")
 MAX_LATTICE_DIMENSIONS = 10
 MAX_BUDGET = 1_000_000
-MAX_REFINEMENTS = 40
-"""Levels or doublings that are tried for enough different points, before an error reports narrow constraints."""
 MOST_LISTED = 4096
 """Combinations of whole numbers and choices that are counted one by one, with the constraints; up to the budget, if
 that is larger."""
@@ -133,11 +133,12 @@ def design_points(
     if design.kind == "list":
         return _listed_points(space, region, design)
     notes: list[str] = []
-    chosen = {_address(space, point): dict(point) for point in known if region.contains(space, point)}
+    contains = region.membership(space)
+    chosen = {_address(space, point): dict(point) for point in known if contains(point)}
     budget = design.budget
     limit = _combinations(space, region)
     if limit is not None and limit <= max(MOST_LISTED, budget):
-        every = [point for point in _all_points(space, region) if region.contains(space, point)]
+        every = [point for point in _all_points(space, region) if contains(point)]
         if len(every) <= budget:
             if len(every) < budget:
                 notes.append(
@@ -153,7 +154,8 @@ def design_points(
     if len(chosen) < budget:
         raise InvalidInputError(
             f"only {len(chosen)} of {budget} different points were found in the region; its constraints leave almost "
-            "no room, or its parameters take few values"
+            "no room, or its parameters take few values. Widen it, ask for fewer points"
+            + ("" if design.kind == "lattice" else ", or choose the design lattice, which fills narrow regions")
         )
     return list(chosen.values()), notes
 
@@ -180,32 +182,31 @@ def _add_drawn(
     most: int,
 ) -> None:
     """Add points of the design to ``chosen`` until it has ``budget`` of them, or ``most`` candidates were tried."""
-    batches = _batches(space, region, design)
+    if len(chosen) >= budget:
+        return
+    contains = region.membership(space)
     tried = 0
-    for _ in range(MAX_REFINEMENTS):
-        if len(chosen) >= budget or tried > most:
-            return
-        batch = next(batches)
+    for batch in _batches(space, region, design):
         tried += len(batch)
         for unit_point in batch[:most]:
             point = space.values(unit_point)
-            if region.contains(space, point):
+            if contains(point):
                 chosen.setdefault(_address(space, point), point)
                 if len(chosen) >= budget:
                     return
+        if tried > most:
+            return
 
 
 def _batches(space: Space, region: RegionOfInterest, design: Design) -> Iterator[NDArray[np.float64]]:
-    """Endless batches of unit points, coarse ones first."""
+    """Batches of unit points in the region, coarse ones first, until it seems to hold no more."""
     unit_region = region.in_unit_cube(space)
     if design.kind == "lattice":
         yield from _lattice_batches(unit_region, design.placed(space), _fine_enough(design))
-    elif design.kind == "sobol":
-        yield from _sobol_batches(unit_region, design)
-    else:
-        for drawn in _latin_batches(unit_region, design):
-            spread = region.onto_choices(space, drawn)  # else only a part of them would count, unevenly
-            yield spread[unit_region.contains(spread)]
+        return
+    drawn = sobol_batches if design.kind == "sobol" else latin_batches
+    for batch in drawn(unit_region, design.budget, design.seed):
+        yield region.onto_choices(space, batch)  # else only a part of them would count, unevenly
 
 
 def _fine_enough(design: Design) -> int:
@@ -220,46 +221,8 @@ def _lattice_batches(region: Region, design: Design, most: int) -> Iterator[NDAr
         yield points.points[done:]
         done = len(points)
         if done > most * 64:
-            while True:  # whole numbers and choices are exhausted long before that
-                yield np.empty((0, region.dimensions))
+            return  # whole numbers and choices are exhausted long before that
         points = points.refine()
-
-
-def _limits(region: Region) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Bounding box of the half-spaces that are parallel to an axis; every region starts from a box."""
-    n = region.dimensions
-    low, high = np.full(n, -np.inf), np.full(n, np.inf)
-    for row, bound in zip(region.rows, region.bounds, strict=True):
-        axes = np.flatnonzero(row)
-        if len(axes) == 1:
-            edge = bound / row[axes[0]]
-            if row[axes[0]] > 0:
-                high[axes[0]] = min(high[axes[0]], edge)
-            else:
-                low[axes[0]] = max(low[axes[0]], edge)
-    return low, high
-
-
-def _sobol_batches(region: Region, design: Design) -> Iterator[NDArray[np.float64]]:
-    from scipy.stats import qmc
-
-    low, high = _limits(region)
-    engine = qmc.Sobol(region.dimensions, scramble=True, rng=np.random.default_rng(design.seed))
-    exponent = max(4, int(np.ceil(np.log2(design.budget))))
-    while True:
-        drawn = low + engine.random(2**exponent) * (high - low)
-        yield drawn[region.contains(drawn)]
-        exponent = min(exponent + 1, 20) if engine.num_generated > 2**exponent else exponent
-
-
-def _latin_batches(region: Region, design: Design) -> Iterator[NDArray[np.float64]]:
-    from scipy.stats import qmc
-
-    low, high = _limits(region)
-    rng = np.random.default_rng(design.seed)
-    while True:
-        drawn = qmc.LatinHypercube(region.dimensions, optimization="random-cd", rng=rng).random(design.budget)
-        yield low + drawn * (high - low)
 
 
 def _combinations(space: Space, region: RegionOfInterest) -> int | None:

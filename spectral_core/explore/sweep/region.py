@@ -8,7 +8,7 @@ in the coordinates of the lattice. ``transferred`` applies it to another sweep b
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -74,6 +74,8 @@ class RegionOfInterest:
                 )
         for name, values in self.choices.items():
             parameter = space[name]
+            if not values:
+                raise InvalidInputError(f"the region chooses no value of {name}; name some, or leave the entry out")
             for value in values:
                 if parameter.kind != "choice" or value not in parameter.choices:
                     known = f"one of {', '.join(map(repr, parameter.choices))}" if parameter.choices else "a range"
@@ -110,22 +112,28 @@ class RegionOfInterest:
 
     def contains(self, space: Space, values: Mapping[str, Value]) -> bool:
         """True if the point with these values lies in the region (ends included)."""
-        for parameter in space.parameters:
-            value = values[parameter.name]
-            if parameter.kind == "choice":
-                if value not in self.choices.get(parameter.name, parameter.choices):
+        return self.membership(space)(values)
+
+    def membership(self, space: Space) -> Callable[[Mapping[str, Value]], bool]:
+        """``contains`` for many points: the constraints are read once."""
+        constraints = [one for text in self.constraints for one in parse_constraint(text, space)]
+
+        def contains(values: Mapping[str, Value]) -> bool:
+            for parameter in space.parameters:
+                value = values[parameter.name]
+                if parameter.kind == "choice":
+                    if value not in self.choices.get(parameter.name, parameter.choices):
+                        return False
+                    continue
+                low, high = self.ranges.get(parameter.name, (parameter.low, parameter.high))
+                if isinstance(value, str) or not low <= value <= high:
                     return False
-                continue
-            low, high = self.ranges.get(parameter.name, (parameter.low, parameter.high))
-            if isinstance(value, str) or not low <= value <= high:
+            numbers = {name: value for name, value in values.items() if not isinstance(value, str)}
+            if not all(one.holds(space, numbers) for one in constraints):
                 return False
-        numbers = {name: value for name, value in values.items() if not isinstance(value, str)}
-        for text in self.constraints:
-            if not all(one.holds(space, numbers) for one in parse_constraint(text, space)):
-                return False
-        if self.ball is None:
-            return True
-        return self.ball.distance(space, values) <= 1.0 + ROUNDING
+            return self.ball is None or self.ball.distance(space, values) <= 1.0 + ROUNDING
+
+        return contains
 
     def onto_choices(self, space: Space, drawn: NDArray[np.float64]) -> NDArray[np.float64]:
         """Points (m, n) of the unit cube, whose coordinates are spread over the values that the region chooses."""

@@ -18,6 +18,7 @@ from typing import Any
 from spectral_core.child import cores
 from spectral_core.errors import MissingDependencyError, RenderError, SpectralError
 from spectral_core.explore.sweep.files import only_holder
+from spectral_core.explore.sweep.ledger import Pace
 from spectral_core.explore.sweep.outcome import ComputeNode, worker_command, worker_prelude
 from spectral_core.explore.sweep.pool import KILLED_FROM_OUTSIDE, WorkerDied, WorkerPool
 from spectral_core.explore.sweep.store import Store
@@ -141,6 +142,8 @@ class _Run:
         self.report = SweepReport()
         self.flying: dict[Future[Any], str] = {}
         self.queue: deque[tuple[str, int | None]] = deque()
+        self.aside = 0
+        self.pace = Pace(capacity)
 
     def all(
         self,
@@ -159,6 +162,7 @@ class _Run:
         report.total = len(rows)
         report.reused = sum(row.state == "done" for row in rows)
         report.failures = {row.key: row.reason or "" for row in rows if row.state == "failed"}
+        self.aside = len(report.failures)
         self.queue.extend((row.key, None) for row in rows if row.state == "pending")
         try:
             while self.queue or self.flying:
@@ -231,9 +235,9 @@ class _Run:
         report = self.report
         done, failed = report.reused + report.computed, len(report.failures)
         left = report.total - done - failed
-        each = seconds / report.computed if report.computed else None
+        ended = report.computed + failed - self.aside
         return SweepProgress(
-            done, failed, report.total, len(self.flying), seconds, None if each is None else each * left
+            done, failed, report.total, len(self.flying), seconds, self.pace.seconds_left(seconds, ended, left)
         )
 
     def _give_up(self) -> None:

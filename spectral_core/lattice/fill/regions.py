@@ -181,8 +181,7 @@ def ball(center: ArrayLike, radii: ArrayLike, *, p: float = 2.0) -> Region:
     half = frozen_array("radii", radii, (len(middle),))
     if not (half > 0).all():
         raise InvalidInputError(f"radii holds {half.min()}; expected positive numbers")
-    p = require_range("p", p, -math.inf, math.inf)
-    if not p >= 1.0:
+    if not p >= 1.0:  # nor is NaN
         raise InvalidInputError(f"p is {p}; expected 1 <= p (below 1 the ball is not convex)")
     if math.isinf(p):
         return box(middle - half, middle + half)

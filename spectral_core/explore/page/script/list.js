@@ -2,10 +2,13 @@
 // The table view: only the rows in sight are in the page. Texts are set as text, so nothing in them is ever markup.
 
 import { shown } from "./data.js";
+import { note } from "./pictures.js";
 
 const ROW = 24;
 /** Room for the bar that moves the table sideways, and for the margins. */
 const BAR = 40;
+/** Most rows on paper. */
+const MOST_PRINTED = 1000;
 
 /** Draws the rows in sight and hears clicks. */
 export class List {
@@ -52,6 +55,7 @@ export class List {
     this.space.style.width = `${table.columns.length * 110}px`;
     // a short table ends after its last row: on a phone an empty area would follow before the selection
     this.host.style.height = "";
+    if (state.paper) return this.print();
     const needed = this.head.offsetHeight + rows.length * ROW + BAR;
     if (needed < this.host.getBoundingClientRect().height) this.host.style.height = `${needed}px`;
     this.fill();
@@ -72,24 +76,45 @@ export class List {
   }
 
   fill() {
-    /** @type {number[]} */
-    const rows = this.rows;
+    if (this.state.paper) return;
     const first = Math.max(0, Math.floor(this.body.scrollTop / ROW) - 5);
-    const last = Math.min(rows.length, first + Math.ceil(this.body.clientHeight / ROW) + 10);
+    const last = Math.min(this.rows.length, first + Math.ceil(this.body.clientHeight / ROW) + 10);
     const lines = [];
     for (let k = first; k < last; k++) {
-      const line = document.createElement("div");
-      line.className = this.state.compare.includes(rows[k]) ? "row picked" : "row";
+      const line = this.line(this.rows[k]);
       line.style.top = `${k * ROW}px`;
-      for (const column of this.table.columns) {
-        if (!column.values) continue;
-        const cell = document.createElement("span");
-        cell.textContent = shown(column, rows[k]);
-        line.append(cell);
-      }
-      line.addEventListener("click", () => this.on.pick(rows[k]));
       lines.push(line);
     }
     this.space.replaceChildren(...lines);
+  }
+
+  /** All rows one below the other: paper does not scroll. */
+  print() {
+    const lines = this.rows.slice(0, MOST_PRINTED).map((row) => this.line(row));
+    const more = this.rows.length - lines.length;
+    if (more > 0) lines.push(note(`${more} more rows are in the file of the button Table (CSV).`));
+    this.space.replaceChildren(...lines);
+  }
+
+  /** Move the table until a row is in sight. @param {number} row */
+  reveal(row) {
+    const top = this.rows.indexOf(row) * ROW;
+    const room = this.body.clientHeight - ROW;
+    this.body.scrollTop = Math.max(top - room, Math.min(this.body.scrollTop, top));
+    this.fill();
+  }
+
+  /** The cells of a row. @param {number} row */
+  line(row) {
+    const line = document.createElement("div");
+    line.className = this.state.compare.includes(row) ? "row picked" : "row";
+    for (const column of this.table.columns) {
+      if (!column.values) continue;
+      const cell = document.createElement("span");
+      cell.textContent = shown(column, row);
+      line.append(cell);
+    }
+    line.addEventListener("click", () => this.on.pick(row));
+    return line;
   }
 }

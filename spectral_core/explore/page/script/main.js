@@ -54,6 +54,8 @@ class Explorer {
     this.variables();
     this.changed();
     window.addEventListener("resize", () => this.paint());
+    window.addEventListener("beforeprint", () => this.print(true));
+    window.addEventListener("afterprint", () => this.print(false));
     window.addEventListener("pagehide", () => remember(this.state, this.table));
     this.timing.first_paint_ms = performance.now() - started;
     requestAnimationFrame(() => {
@@ -80,8 +82,8 @@ class Explorer {
   }
 
   paint() {
-    const { view, theme } = this.state;
-    document.documentElement.dataset.theme = theme;
+    const { view, theme, paper } = this.state;
+    document.documentElement.dataset.theme = paper ? "light" : theme;
     onGround(isDark());
     this.legend(); // before the view, because its width may wrap the header, which takes room from the view
     for (const name of ["matrix", "parallel", "table"]) {
@@ -97,6 +99,12 @@ class Explorer {
     else this.list.draw();
   }
 
+  /** Paint for paper, or for the screen again. @param {boolean} paper */
+  print(paper) {
+    this.state.paper = paper;
+    this.paint();
+  }
+
   details() {
     const { table, state } = this;
     const count = size(state.selection);
@@ -107,7 +115,15 @@ class Explorer {
       if (!image) return null;
       image.title = `row ${row + 1}`;
       image.tabIndex = 0;
+      image.setAttribute("role", "button");
+      image.setAttribute("aria-label", `row ${row + 1}`);
       image.addEventListener("click", () => this.pick(row));
+      image.addEventListener("keydown", (event) => {
+        if (event.key === "Enter" || event.key === " ") {
+          event.preventDefault();
+          this.pick(row);
+        }
+      });
       return image;
     });
     element("strip").replaceChildren(.../** @type {HTMLElement[]} */ (strip.filter((one) => one !== null)));
@@ -131,6 +147,7 @@ class Explorer {
     const rest = this.state.compare.filter((one) => one !== row);
     this.state.compare = [...rest, row].slice(-2);
     this.details();
+    if (this.state.view === "table") this.list.fill(); // marks the rows that are picked
     clearTimeout(this.later);
     this.later = setTimeout(() => remember(this.state, this.table), REMEMBER_MS);
   }
@@ -361,12 +378,16 @@ class Explorer {
 
   /** Go to the next row, among the selected ones where some are. @param {number} step */
   walk(step) {
-    const rows = this.state.selected ? rowsOf(this.state.selection) : [...Array(this.table.count).keys()];
+    const inTable = this.state.view === "table"; // there, in the order of the table
+    const all = this.state.selected ? rowsOf(this.state.selection) : [...Array(this.table.count).keys()];
+    const rows = inTable ? this.list.rows : all;
     if (!rows.length) return;
     const at = rows.indexOf(this.state.hover);
     const next = rows[(at + step + rows.length) % rows.length];
-    this.hover(next, window.innerWidth / 2, 80);
+    if (inTable) this.state.hover = next; // the row is marked; the card would cover others
+    else this.hover(next, window.innerWidth / 2, 80);
     this.pick(next);
+    if (inTable) this.list.reveal(next);
   }
 }
 

@@ -77,7 +77,7 @@ export class Matrix {
     }
     this.width = LEFT + count * (width + GAP) - GAP + RIGHT;
     this.height = TOP + count * (height + GAP) + BOTTOM - GAP;
-    this.ratio = Math.min(window.devicePixelRatio || 1, 2);
+    this.ratio = this.state.paper ? 2 : Math.min(window.devicePixelRatio || 1, 2);
     this.canvas.width = Math.round(this.width * this.ratio);
     this.canvas.height = Math.round(this.height * this.ratio);
     this.canvas.style.width = `${this.width}px`;

@@ -44,7 +44,7 @@ export class Parallel {
   /** Paint everything. */
   draw() {
     const room = this.host.getBoundingClientRect();
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    const ratio = this.state.paper ? 2 : Math.min(window.devicePixelRatio || 1, 2);
     this.width = Math.max(room.width - 4, 100 * Math.min(this.state.columns.length, 3));
     this.height = Math.max(room.height - 4, 260);
     this.canvas.width = this.width * ratio;

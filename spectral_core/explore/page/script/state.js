@@ -6,7 +6,8 @@ import { rowsOf } from "./selection.js";
 /**
  * @typedef {{selection: Uint8Array, selected: boolean, color: string, columns: string[], view: string, tool: string,
  *   operation: import("./selection.js").Operation, theme: string, labels: Record<string, Record<string, string>>,
- *   compare: number[], hover: number, sort: {column: string, down: boolean}}} State
+ *   compare: number[], hover: number, sort: {column: string, down: boolean}, paper: boolean}} State
+ * `paper`: the page is being printed.
  */
 
 /** Most variables that are shown at once when a page is opened (thesis: hide what is over eight dimensions). */
@@ -44,6 +45,7 @@ export function freshState(table) {
     compare: [],
     hover: -1,
     sort: { column: "", down: false },
+    paper: false,
   };
 }
 
