@@ -7,6 +7,7 @@ import gc
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
 import pytest
 
 pytest.importorskip("mitsuba")
@@ -15,6 +16,8 @@ from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.scene import (
+    Camera,
+    Computed,
     Diffuse,
     Emission,
     Glass,
@@ -33,8 +36,9 @@ from spectral_core.scene import (
     Transparent,
     gray,
 )
+from spectral_core.scene.shading import Builder
 from tests.live import test_live_session as session
-from tests.live.test_live_session import HEIGHT, SAMPLES, WIDTH, at, with_stretch
+from tests.live.test_live_session import HEIGHT, SAMPLES, WIDTH, at, with_light, with_stretch
 
 scene = session.scene
 PALE = gray(0.6)
@@ -100,6 +104,38 @@ def test_launches_are_recorded_beside_another_scene_that_was_not_traced_yet(scen
         stage.look_from(request.viewpoint)
         ViewPicture(stage.launcher, request, 4).step()
         assert stage.launcher.is_recorded
+
+
+@pytest.mark.parametrize("name", ["window", "step_x"])
+def test_launches_are_recorded_where_materials_read_the_camera(scene: Scene, name: str) -> None:
+    """Bumps and Window coordinates, say: launches were traced anew, as the camera was not among their inputs."""
+    build = Builder()
+    color = Computed(build.program(build.add("vector_input", (), name, 0)))
+    scene = replace(scene, materials=tuple(Material(m.name, Diffuse(color)) for m in scene.materials))
+    turned = replace(scene.camera, world_from_camera=at(0, 0, 9), kind="orthographic", orthographic_scale=12.0)
+
+    def pictured(stage: Stage, camera: Camera) -> np.ndarray:
+        stage.activate()
+        viewpoint = Viewpoint.of_camera(camera, scene.film)
+        stage.look_from(viewpoint, WIDTH)
+        picture = ViewPicture(stage.launcher, ViewRequest("stage", viewpoint, WIDTH, HEIGHT, 1, 0), 4)
+        while not picture.is_done:
+            picture.step()
+        assert stage.launcher.is_recorded
+        return picture.pixels()
+
+    stage, other = Stage(), Stage()
+    stage.show(scene)
+    before = pictured(stage, scene.camera)
+    brighter = with_light(scene, "key", power_w=500.0)
+    stage.show(brighter)  # the launcher collects its inputs again
+    assert stage.how == "lights"
+    pictured(stage, scene.camera)
+    after = pictured(stage, turned)
+    assert stage.launcher.recordings == 1
+    other.show(brighter)
+    np.testing.assert_allclose(after, pictured(other, turned), atol=1e-5)
+    assert np.abs(after - before).mean() > 1e-3
 
 
 def test_another_object_compiles_no_kernel(scene: Scene) -> None:

@@ -13,7 +13,6 @@ import numpy as np
 from spectral_core.errors import SpectralError
 from spectral_core.render.job import Measure, RenderJob
 from spectral_core.render.live.gathered import Gathered
-from spectral_core.render.live.held import lay_open
 from spectral_core.render.live.in_place import edits
 from spectral_core.render.live.in_place.changes import difference
 from spectral_core.render.live.in_place.opened import Opened
@@ -139,9 +138,6 @@ class Stage:
         assert self._job is not None
         seen, context = self.in_units(viewpoint), self._job.loaded.scene.parts.context
         context.tables.look_from(seen.camera_from_world, seen.window, seen.window[0] / width)
-        readers = [made for made in context.made if hasattr(made, "program")]
-        if readers:
-            lay_open(readers, self._job.loaded.mitsuba)
         if look_from(self._job.loaded, seen.eye):
             self.launcher.refresh()
 

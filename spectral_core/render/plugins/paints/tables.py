@@ -167,7 +167,11 @@ class SceneTables:
         self.camera_from_world, self.window = camera_from_world, window
         there = np.asarray(camera_from_world, dtype=np.float64)
         rows = [there[:3].ravel(), np.linalg.pinv(there)[:3].ravel(), np.array([*window, pixel])]
-        self._camera = device_table(self.mi.Float, np.concatenate(rows))
+        numbers = device_table(self.mi.Float, np.concatenate(rows))
+        if self._camera is None:
+            self._camera = numbers
+        else:
+            self._camera[:] = numbers  # recorded launches know this object
 
     def camera_matrix(self, inverse: bool) -> list[list[Any]]:
         """Rows (3 of 4 numbers) of camera from world, or of world from camera."""
