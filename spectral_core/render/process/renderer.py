@@ -31,7 +31,8 @@ from spectral_core.spectra.spectrum import Spectrum
 
 CANCEL_GRACE_S = 0.4
 """Time limit for a cancelled render to answer before its process is ended."""
-START_LIMIT_S = 60.0
+START_LIMIT_S = 180.0
+"""Time limit for the start of a process: a second or two, on a machine with many other programs a minute."""
 _POLL_S = 0.02
 
 
