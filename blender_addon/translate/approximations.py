@@ -33,6 +33,7 @@ from .context import Translation
 from .faces.coincident import coincident, doubled, edges
 from .faces.overlapping import overlapping
 from .faces.volumes import volumes_in_one_place
+from .lighting.rough_glass import note_lamps_beside_rough_glass
 from .meshes.triangles import OUTPUTS, uv_layer
 
 Array = NDArray[np.float64]
@@ -65,6 +66,7 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
         _note_faces(translation, scene, meshes, passes)
         _note_volumes_in_one_place(translation, scene, meshes)
     _note_holes(translation, scene)
+    note_lamps_beside_rough_glass(translation, scene)
     _note_clear_catchers(translation, scene, {name for name, each in surfaces.items() if _is_seen_through(each)})
     _note_shadows_of_volumes(translation, scene)
     _note_emission_with_shadow_links(

@@ -9,12 +9,19 @@ import numpy as np
 
 from spectral_core.scene.shading import Builder, Program
 
+from ..shading.attributes import ALPHA, hashed_pair
 from .directions import Array, Look
 
 CHUNK, MOST_VALUES = 1 << 18, 1 << 25
 """Directions that are computed together, and values of all instructions for them."""
 DIRECTION, OPPOSITE = ("position", "generated"), ("normal", "true_normal", "incoming")
 """What a world's nodes read of a ray: its direction, and the opposite one."""
+
+WITHOUT_OBJECT = {
+    "parametric": (1.0, 0.0, 0.0),
+    "object_attribute:PARTICLE:Random": (hashed_pair(0, 0) / 0xFFFFFFFF,) * 3,
+}
+"""What Cycles gives a world of the data of objects, where it is not 0."""
 
 
 def along_rays(program: Program, look: Look) -> Program:
@@ -58,6 +65,10 @@ def _input(builder: Builder, name: str, width: int, look: Look) -> int:
         return builder.add("vector_input", (), "incoming", 0)
     if name == "window":
         return _window(builder, look)
+    if name in WITHOUT_OBJECT:
+        return builder.number(WITHOUT_OBJECT[name])
+    if name.startswith("attribute_alpha:") or (name.startswith("object_attribute:") and f"{ALPHA}:" in name):
+        return builder.number(np.ones(width))
     return builder.number(look.sees(name) if name.startswith("ray:") else np.zeros(width))
 
 

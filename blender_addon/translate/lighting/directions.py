@@ -36,7 +36,7 @@ class Look:
 def of_light_path(name: str, *, camera: bool) -> float:
     """An output of the Light Path node in a world; rays that light the scene count as diffuse."""
     of_light = ("Is Diffuse Ray", "Is Reflection Ray", "Ray Depth", "Diffuse Depth")
-    return float(name in (("Is Camera Ray",) if camera else of_light))
+    return float(name in (("Is Camera Ray", "Ray Depth") if camera else of_light))
 
 
 def shining(reader: Reader, place: Input) -> Value:

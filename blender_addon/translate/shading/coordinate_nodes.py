@@ -69,6 +69,10 @@ def _geometry(reader: Reader, output: Output) -> Any:
     if name in ("Position", "Normal", "True Normal", "Incoming"):
         return reader.point(name.lower().replace(" ", "_"))
     if name == "Tangent":
+        if reader.in_world:
+            reader.note(
+                "the Tangent of Geometry is no number in a world; Cycles is black where it counts, here it is 0"
+            )
         return np.zeros(3) if is_meshless(reader) else tangent_of_geometry(reader)
     if name == "Backfacing":
         return reader.point("backfacing", 1)

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps whose limits Cycles applies to a part of their light, beside rough glass, get a note; others none."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.blender.test_approximations import messages, shaded, smooth_cube
+
+bpy = pytest.importorskip("bpy")
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ({"visible_glossy": False}, "hidden from glossy rays"),
+        ({"visible_transmission": False}, "hidden from transmission rays"),
+        ({"visible_transmission": False, "visible_glossy": False}, "hidden from glossy and transmission rays"),
+        ({"max_bounces": 2}, "Max Bounces is 2"),
+        ({"max_bounces": 12}, ""),  # the scene's own limit
+        ({"visible_diffuse": False}, ""),
+    ],
+)
+def test_limits_of_a_lamp_beside_rough_glass_get_a_note(build, translate, setting, words):
+    ball, lamp = smooth_cube(), build.light("POINT")
+    for name, value in setting.items():
+        setattr(lamp.data.cycles if name == "max_bounces" else lamp, name, value)
+    for kind, inputs in (
+        ("Glossy" if hasattr(bpy.types, "ShaderNodeBsdfGlossy") else "Anisotropic", {"Roughness": 0.4}),
+        ("Glass", {"Roughness": 0.0}),
+        ("Principled", {"Roughness": 0.4}),
+    ):
+        shaded(ball, f"ShaderNodeBsdf{kind}", **inputs)
+        assert "rough glass" not in messages(translate())
+    for kind, inputs in (
+        ("Glass", {"Roughness": 0.4}),
+        ("Refraction", {"Roughness": 0.1}),
+        ("Principled", {"Roughness": 0.4, "Transmission Weight": 1.0}),
+    ):
+        shaded(ball, f"ShaderNodeBsdf{kind}", **inputs)
+        found = [note for note in translate().notes if "rough glass" in note.message]
+        assert [note.subject for note in found] == ([lamp.name] if words else [])
+        assert all(words in note.message for note in found)
