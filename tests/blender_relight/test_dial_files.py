@@ -260,3 +260,23 @@ def test_a_recording_without_a_file_has_an_undo_step(stage, tmp_path, monkeypatc
         bpy.ops.spectral.dial_record()
     assert results == [{"FINISHED"}]
     assert len(stage.spectral.dial.bulbs) == 4 and shown(stage).any()
+
+
+def test_an_undo_of_a_recording_of_other_bulbs_uncovers_the_camera_view(stage, dial):
+    """The scene is the same, so its file was taken for that of the dial, and its picture stayed."""
+
+    def covers():
+        present = bpy.context.scene
+        return [each.image for each in present.camera.data.background_images] == [present.spectral.dial.picture]
+
+    bpy.ops.ed.undo_push(message="recorded")
+    stage.spectral.dial.one_per_light = False
+    bpy.ops.spectral.dial_record()
+    bpy.ops.ed.undo_push(message="recorded in groups")
+    assert covers()
+    bpy.ops.ed.undo()
+    present = bpy.context.scene.spectral.dial
+    assert len(present.bulbs) == 4 and "record it again" in present.message
+    assert not covers()
+    bpy.ops.ed.redo()
+    assert covers() and not bpy.context.scene.spectral.dial.message

@@ -169,3 +169,20 @@ def test_names_around_a_crowded_dial_do_not_overlap():
 
     assert overlaps([shape.label_start(x, width) for x in places[:, 0]]) == 0
     assert overlaps([x - width / 2 for x in places[:, 0]]) > 0
+
+
+@pytest.mark.parametrize(
+    ("room", "icon", "shown"),
+    [
+        (120.0, "LOCKED", ("ΔE <0.01", "LOCKED")),
+        (80.0, "LOCKED", ("<0.01", "LOCKED")),
+        (80.0, "NONE", ("ΔE <0.01", "NONE")),
+        (54.0, "LOCKED", ("<0.01", "NONE")),  # three lights in the sidebar: the number was "<0…"
+        (54.0, "NONE", ("<0.01", "NONE")),
+    ],
+)
+def test_the_number_of_a_cell_is_not_cut_off(monkeypatch, room, icon, shown):
+    from blender_addon.panels.palette import table
+
+    monkeypatch.setattr(table, "text_width", lambda text, _context: 7.0 * len(text))
+    assert table.fitting("ΔE <0.01", icon, None, room) == shown

@@ -67,7 +67,7 @@ NO_INPUT = {
         SpectralPaletteCell.actual SpectralPaletteCell.wanted SpectralPaletteConflict.*
         SpectralPaletteLamp.amount SpectralPaletteLight.result SpectralPaletteMaterial.result
         SpectralDye.amount SpectralPossible.* SpectralPalette.picture SpectralPalette.applied_exposure
-        SpectralPalette.is_stale SpectralPalette.is_alternative
+        SpectralPalette.is_stale SpectralPalette.is_alternative SpectralPalette.is_unfinished
         SpectralPalette.status SpectralPalette.remedy SpectralPalette.message
         SpectralPalette.notes SpectralPalette.conflicts SpectralPalette.possible SpectralPalette.alternatives
         SpectralPalette.milliseconds SpectralPalette.light_scale SpectralPalette.worst_delta_e

@@ -44,14 +44,15 @@ def dark_lamps_lit(bulbs: Iterable[PropertyGroup]) -> Iterator[None]:
     They keep it, unless an error ends the block.
     """
     dark = [(kept, bulb.lit) for bulb in bulbs if bulb.is_dark for kept in bulb.members if not kept.node]
-    before = [(kept, block_of(kept).energy) for kept, _ in dark]
+    lamps: list[Any] = [block_of(kept) for kept, _ in dark]
+    before = [lamp.energy for lamp in lamps]
     for kept, lit in dark:
         _write(kept, kept.base * lit)
     try:
         yield
     except BaseException:
-        for kept, energy in before:
-            _write(kept, energy)
+        for lamp, energy in zip(lamps, before, strict=True):
+            lamp.energy = energy
         raise
 
 

@@ -125,10 +125,15 @@ def uncover(scene: Scene) -> None:
         place(scene, image, over_camera=False)
 
 
-def _uncover_blank(scene: Scene) -> None:
-    """Uncover the camera view if Blender has made the image anew, in black: after an undo, or in an opened file."""
-    image = picture_of(scene)
-    if image is not None and not image.is_dirty:
+def _uncover_other(scene: Scene) -> None:
+    """Uncover the camera view if the picture is not the dial's.
+
+    Blender makes the image anew, in black, after an undo and in an opened file; and after an undo of Record it shows a
+    recording of other bulbs.
+    """
+    image, mix = picture_of(scene), known_mix(scene)
+    is_of_others = mix is not None and mix.transport.groups != tuple(bulb.name for bulb in scene.spectral.dial.bulbs)
+    if image is not None and (is_of_others or not image.is_dirty):
         uncover(scene)
 
 
@@ -186,7 +191,7 @@ def _show_quietly(scene: bpy.types.Scene) -> None:
         show(scene)
     except (SpectralError, OSError) as error:  # dial.message reports it
         why = str(error)
-        _uncover_blank(scene)
+        _uncover_other(scene)
     redraw_dial()
     _tell(scene, why)
 

@@ -95,7 +95,18 @@ def _draw_cell(
     below.alert = cell.is_missed
     below.active = not palette_of(cell).is_stale  # the number is that of the last solution
     icon = "LOCKED" if cell.exact and cell.mode == "FIXED" else MODE_ICON[cell.mode]
-    needed = text_width(cell.error_text, context) + BUTTON_PIXELS + (0.0 if icon == "NONE" else ICON_PIXELS)
-    text = cell.error_text if needed <= room else cell.error_text.removeprefix("ΔE ")
+    text, icon = fitting(cell.error_text, icon, context, room)
     operator = below.operator("spectral.palette_select", text=text, icon=icon, depress=selected)
     operator.row, operator.column = place
+
+
+def fitting(text: str, icon: str, context: Context, room: float) -> tuple[str, str]:
+    """Text and icon of a cell in a column of ``room`` unscaled pixels: without the unit, then without the icon, rather
+    than with a number that Blender cuts off.
+    """
+    short = text.removeprefix("ΔE ")
+    for shown, beside in ((text, icon), (short, icon)):
+        needed = text_width(shown, context) + BUTTON_PIXELS + (0.0 if beside == "NONE" else ICON_PIXELS)
+        if needed <= room:
+            return shown, beside
+    return short, "NONE"

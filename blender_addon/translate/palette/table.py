@@ -143,7 +143,7 @@ def clear(palette: PropertyGroup) -> None:
         palette.conflicts.clear()
         palette.alternatives.clear()
         palette.status = palette.remedy = palette.message = palette.notes = palette.possible.words = ""
-        palette.light_scale, palette.is_stale, palette.is_alternative = 1.0, False, False
+        palette.light_scale, palette.is_stale, palette.is_unfinished, palette.is_alternative = 1.0, False, False, False
         palette.use_tints = False
         clamp_active(palette)
 
