@@ -12,6 +12,8 @@ from spectral_core.scene import Scene
 
 from . import _blend
 
+NAMED = {"the tolerance (ΔE2000)": "--tolerance"}
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""

@@ -72,9 +72,11 @@ def run(arguments: argparse.Namespace) -> int:
     start = time.perf_counter()
     out = arguments.out or Path(_blend.scene_file(arguments).with_suffix(".png").name)
     if out.suffix.lower() not in FORMATS:
-        raise InvalidInputError(f"{out.name} ends in {out.suffix!r}; expected one of {', '.join(FORMATS)}")
+        ending = f"ends in {out.suffix!r}" if out.suffix else "has no ending"
+        given = f"{out} is a folder" if out.is_dir() else f"{out.name} {ending}"
+        raise InvalidInputError(f"--out: {given}; expected a picture's name that ends in {', '.join(FORMATS)}")
     if arguments.bands is not None and out.suffix.lower() != ".exr":
-        raise InvalidInputError(f"spectral bands fit into an .exr only; {out.name} is none")
+        raise InvalidInputError(f"--bands: spectral bands fit into an .exr only; {out.name} is none")
     if (arguments.multilayer or arguments.passes) and out.suffix.lower() != ".exr":
         raise InvalidInputError(f"passes fit into an .exr only; {out.name} is none")
     if (arguments.multilayer or arguments.passes) and arguments.bands is not None:

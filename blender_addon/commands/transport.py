@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     out = arguments.out or Path(_blend.scene_file(arguments).with_suffix(".transport.exr").name)
     if out.suffix.lower() != ".exr":
-        raise InvalidInputError(f"{out.name} does not end in .exr, which a transport file is")
+        raise InvalidInputError(f"--out: {out.name} does not end in .exr, which a transport file is")
     start = time.perf_counter()
     with _blend.chatter_to_stderr():
         opened = _blend.open_scene(arguments)

@@ -19,7 +19,7 @@ from types import ModuleType
 
 from spectral_core import __version__
 from spectral_core.cli.shared import terminal
-from spectral_core.cli.shared.parser import CommandParser
+from spectral_core.cli.shared.parser import CommandParser, by_option
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import SpectralError, UnknownNameError
 
@@ -52,7 +52,8 @@ def _parsed(given: list[str], packages: Sequence[str]) -> tuple[argparse.Namespa
     """The arguments of a command line and its command's parser; a faulty line ends the program with status 2.
 
     A command's module may have a function ``unused`` from the arguments to the options that it would ignore, with the
-    reason of each: they are refused.
+    reason of each: they are refused. It may have a mapping ``NAMED`` from the library's names of numbers to the options
+    that give them: errors name the options.
     """
     modules = command_packages(packages)
     name = given[0] if given else ""
@@ -80,7 +81,7 @@ def _parser(name: str, packages: Sequence[str]) -> tuple[CommandParser, dict[str
         sub.formatter_class = argparse.RawDescriptionHelpFormatter
         sub.add_argument("--json", action="store_true", help="print one JSON object as the last line")
         module.add_arguments(sub)
-        sub.set_defaults(run=module.run, unused=getattr(module, "unused", None))
+        sub.set_defaults(run=module.run, unused=getattr(module, "unused", None), named=getattr(module, "NAMED", {}))
     return parser, commands.choices
 
 
@@ -115,7 +116,7 @@ def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
             parser.refuse_unused(parsed, parsed.unused(parsed))
         return int(parsed.run(parsed))
     except SpectralError as error:
-        return _failed(parsed, error, str(error))
+        return _failed(parsed, error, by_option(str(error), parsed.named))
     except MemoryError as error:
         return _failed(parsed, error, f"not enough memory; use smaller settings ({error})")
     except BrokenPipeError:

@@ -25,6 +25,7 @@ from spectral_core.files.whole_set import whole_files
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
 
+NAMED = {"rounds": "--rounds"}
 WRITTEN = ("solution.json", "lights.csv", "reflectances.csv", "swatches.gpl", "swatches.ase", "palette.png")
 """Files in the folder of a solution."""
 TILE, INSET = 96, 32

@@ -21,6 +21,10 @@ from spectral_core.errors import InvalidInputError
 ERRORS = ("rmse", "delta_e_mean", "flip")
 """Columns of error against time where none are named."""
 
+NAMED = {
+    "p": "--norm", "the number of clusters": "--clusters", "the number of workers": "--workers", "the port": "--port",
+}  # fmt: skip
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of ``spectral-scene explore``."""

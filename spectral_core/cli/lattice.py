@@ -19,6 +19,11 @@ from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import make_folder, whole_file
 
+NAMED = {
+    "rate": "--rate", "the number of points": "--points", "low": "--low", "high": "--high",
+    "the box": "the box of --low and --high", "p": "--ball", "seed": "--seed",
+}  # fmt: skip
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of ``spectral-scene lattice``."""
@@ -59,8 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
     expected = arguments.points * float(arguments.rate) ** min(arguments.refine, 1000)
     if expected > lattice.MAX_POINTS:
         raise InvalidInputError(
-            f"--refine {arguments.refine} makes about {expected:.3g} points of {arguments.points}; expected at most "
-            f"{lattice.MAX_POINTS:,}. Take fewer levels"
+            f"--points {arguments.points} with --refine {arguments.refine} makes about {expected:.3g} points; expected "
+            f"at most {lattice.MAX_POINTS:,}. Take fewer of them"
         )
     low, high = _ranges(arguments)
     region = _region(arguments, low, high)

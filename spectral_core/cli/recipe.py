@@ -49,6 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--grams", type=float, default=100.0, help="paints: grams of the mixture (100)")
 
 
+NAMED = {
+    "most_channels": "--most", "most_colorants": "--most", "color temperature": "--cct", "Duv": "--duv",
+    "rendering_index (Ra)": "--cri", "fidelity (Rf)": "--rf", "gamut (Rg)": "--rg",
+    "cct_tolerance_k": "--cct-tolerance", "duv_tolerance": "--duv-tolerance", "dot_gain_n": "--dot-gain",
+}  # fmt: skip
 OF_LAMPS = ("cct", "duv", "cri", "rf", "rg", "cct_tolerance", "duv_tolerance")
 OF_MATERIALS = {
     "target": ("paints", "inks", "filters"), "light": ("paints", "inks", "filters"), "paper": ("inks", "filters"),

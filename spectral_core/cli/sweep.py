@@ -20,6 +20,8 @@ from typing import Any
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 
+NAMED = {"the budget": "--budget"}
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of ``spectral-scene sweep``."""

@@ -63,6 +63,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--progress", action="store_true", help="print a line 'progress SHARE WHAT' for each step")
 
 
+NAMED = {
+    "the number of basis spectra": "--spectra", "floor": "--floor", "slope": "--slope", "importance": "--importance",
+    "daylight_share": "--daylight-share", "led_width_nm": "--led-width",
+}  # fmt: skip
 OF_SETTINGS = (
     "light", "floor", "slope", "exact", "spectra", "importance", "daylight_share", "led_width", "wanted"
 )  # fmt: skip

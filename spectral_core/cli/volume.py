@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from spectral_core.volume.plan import Plan
     from spectral_core.volume.transfer import TransferFunction
 
+NAMED = {
+    "width of a view": "the width in --size", "height of a view": "the height in --size", "azimuth_deg": "--azimuth",
+    "elevation_deg": "--elevation", "zoom": "--zoom", "fov_deg": "--fov",
+}  # fmt: skip
 QUALITY_DB = {"draft": 35.0, "preview": 42.0, "good": 50.0, "best": 60.0}
 
 

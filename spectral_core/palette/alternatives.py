@@ -21,6 +21,7 @@ from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
+from spectral_core.palette.brightness_unit import brightness_unit, from_unit, in_unit
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.distinct.search import distinct_solutions
 from spectral_core.palette.problem import PaletteProblem
@@ -94,6 +95,9 @@ def alternatives(
     if wants_distinct(problem):
         found = distinct_solutions(problem, starts=max(wanted, 6), seed=seed)
         return _chosen(list(found), wanted, range(len(problem.lights)))
+    if (unit := brightness_unit(problem)) != 1:
+        found = alternatives(in_unit(problem, unit), count=wanted, seed=seed)
+        return tuple(replace(each, solution=from_unit(each.solution, problem, unit)) for each in found)
     first = solution if solution is not None and not held else solve_palette(problem, explain=False)
     if not first.status.usable:
         raise InvalidInputError(f"the palette has no solution to vary: {first.remedy}")

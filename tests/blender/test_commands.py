@@ -241,7 +241,7 @@ def test_plan_prints_reasons(saved, capfd):
     ("arguments", "message"),
     [
         (["render", "absent.blend"], "there is no file"),
-        (["render", "SCENE", "--out", "picture.xyz"], r"picture.xyz ends in '.xyz'; expected one of .png"),
+        (["render", "SCENE", "--out", "picture.xyz"], "--out: picture.xyz ends in '.xyz'; expected a picture's name"),
         (["render", "SCENE", "--bands", "7"], "spectral bands fit into an .exr only; scene.png is none"),
         (["render", "SCENE", "--samples", "0"], "--samples is 0; expected a number from 1 to 2147483647"),
         (["render", "SCENE", "--seed", "3000000000"], "--seed is 3000000000; expected a number from 0 to 2147483647"),

@@ -117,7 +117,7 @@ def test_command_accepts_every_region(options: list[str], capsys: pytest.Capture
     ("options", "message"),
     [
         (["--dims", "3", "--low", "0", "1"], "expected 1 or one per parameter"),
-        (["--points", "-4"], "number of points is -4"),
+        (["--points", "-4"], "--points is -4"),
         (["--dims", "0"], "dimensions"),
         (["--dims", "2", "--ball", "2", "--latin"], "only a box keeps"),
         (["--criterion", "best"], "no lattice criterion"),
@@ -144,7 +144,8 @@ def test_pictures_are_drawn(tmp_path: Path) -> None:
 def test_the_command_states_what_would_take_hours(capsys: pytest.CaptureFixture[str]) -> None:
     """``--refine 30`` ran for minutes before an error, and a hundred thousand points took minutes for one figure."""
     assert main(["lattice", "--refine", "30"]) == 1
-    assert "--refine 30 makes about 6.87e+10 points of 64; expected at most 10,000,000" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "--points 64 with --refine 30 makes about 6.87e+10 points; expected at most 10,000,000" in error
     assert main(["lattice", "--points", "21000", "--dims", "3", "--json"]) == 0
     printed = capsys.readouterr().out
     assert "discrepancy    not computed: more than 20,000 points" in printed

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.alternatives import alternatives
 from spectral_core.palette.brightness_unit import brightness_unit
 from spectral_core.palette.presets import design_grid
 from spectral_core.spectra.catalogue import illuminant
@@ -90,6 +91,19 @@ def test_a_warm_start_and_brightened_lights_keep_their_unit() -> None:
     assert scaled[1].light_scale == pytest.approx(scaled[0].light_scale, rel=1e-6)
     light = scaled[1].illuminants[0]
     assert xyz_of(light)[1] == pytest.approx(1e6 * scaled[1].light_scale, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e6])
+def test_alternatives_are_those_of_the_palette_near_one(size: float) -> None:
+    cells = ((Cell.fixed([0.3 * size] * 3, exact=True), Cell.ignore()), (Cell.fixed([0.2 * size] * 3), Cell.ignore()))
+    lights = tuple(PaletteLight(light.scaled(size)) for light in (DAYLIGHT, SODIUM))
+    surfaces = PaletteReflectance("mark"), PaletteReflectance("wall")
+    found = alternatives(PaletteProblem(GRID, lights, surfaces, cells))
+    assert len(found) == 4
+    assert min(each.apart for each in found[1:]) > 5
+    for each in found:
+        assert each.solution.status == "solved"
+        np.testing.assert_allclose(each.solution.actual_linear_rgb[0, 0], 0.3 * size, rtol=1e-6)
 
 
 @pytest.mark.parametrize(

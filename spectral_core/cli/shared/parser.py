@@ -55,6 +55,17 @@ class CommandParser(argparse.ArgumentParser):
                 raise InvalidInputError(f"{name} has no effect here: {unused[action.dest]}")
 
 
+def by_option(message: str, named: Mapping[str, str]) -> str:
+    """The message of the library with the option in place of the library's own name of a number, where it begins so.
+
+    ``named``: option of each such name, as ``NAMED`` of a command's module states it.
+    """
+    for name, option in named.items():
+        if message.startswith(f"{name} "):
+            return option + message.removeprefix(name)
+    return message
+
+
 def without_companion(arguments: argparse.Namespace, needs: Mapping[str, str]) -> dict[str, str]:
     """Options whose companion is not given, for ``refuse_unused``. ``needs``: options, and what each of them needs."""
     missing = {name: other for name, other in needs.items() if not getattr(arguments, other)}

@@ -99,8 +99,8 @@ def cluster(features: ArrayLike, count: int) -> NDArray[Any]:
     different = len(np.unique(data, axis=0))
     if not 1 <= count <= different:
         raise InvalidInputError(
-            f"{count} clusters of {len(data)} rows, which have {different} different sets of features; expected 1 to "
-            f"{different}"
+            f"the number of clusters is {count}; expected 1 to {different}, since the {len(data)} rows have "
+            f"{different} different sets of features"
         )
     from scipy.cluster.vq import ClusterError, kmeans2
 
@@ -116,6 +116,8 @@ def cluster(features: ArrayLike, count: int) -> NDArray[Any]:
         if best is None or cost < best[0]:
             best = cost, found
     if best is None:
-        raise InvalidInputError(f"{count} clusters were not found in {len(data)} rows; ask for fewer")
+        raise InvalidInputError(
+            f"the number of clusters is {count}, and so many were not found in {len(data)} rows; ask for fewer"
+        )
     _, number, sizes = np.unique(best[1], return_inverse=True, return_counts=True)
     return np.argsort(np.argsort(-sizes, kind="stable"))[number]

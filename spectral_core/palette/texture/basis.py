@@ -61,7 +61,8 @@ def design_basis(
     rows = len(stimuli)
     if not rows <= count <= MOST_SPECTRA:
         raise InvalidInputError(
-            f"{count} basis spectra for {rows // 3} lights; expected {rows} to {MOST_SPECTRA}, three per light or more"
+            f"the number of basis spectra is {count}; expected {rows} to {MOST_SPECTRA} for {rows // 3} lights, three "
+            "per light or more"
         )
     require_range("smoothness", smoothness, 0.02, 2.0)
     corners = corner_colors(rows // 3)

@@ -72,7 +72,9 @@ def design_pinned_texture(
     """
     started = time.perf_counter()
     matrix = stimulus_matrix([first])
-    basis = _basis_for_pins(matrix, stimulus_matrix([second]), pins, require_whole("count", count, 4, 8), seed)
+    basis = _basis_for_pins(
+        matrix, stimulus_matrix([second]), pins, require_whole("the number of basis spectra", count, 4, 8), seed
+    )
     uplift = design_uplift(first, second, pins, basis.spectra, slope=max(basis.slope, 1e-3))
     weights, delta_e = _looked_up(picture, uplift, basis.slope, progress)
     texture = SpectralTexture(weights, uplift.basis, (first, second))
