@@ -150,7 +150,8 @@ def _xyz_single(spectrum: Array) -> Array:
 
 
 def _densities(height: Array) -> Array:
-    """Relative densities (..., 3) of air, aerosols and ozone at heights."""
+    """Relative densities (..., 3) of air, aerosols and ozone at heights; below the ground those on it."""
+    height = np.maximum(height, 0.0)  # the way to a sun that is below the horizon passes the Earth
     ozone = np.where(height < 25e3, height / 15e3 - 2 / 3, 8 / 3 - height / 15e3)
     ozone = np.where((height >= 10e3) & (height < 40e3), ozone, 0.0)
     return np.stack([np.exp(-height / 8e3), np.exp(-height / 1.2e3), ozone], axis=-1)

@@ -114,6 +114,21 @@ def test_rays_to_a_lamp_are_not_told_apart(build, translate):
     assert translate().lights == ()
 
 
+@pytest.mark.parametrize("depth", ["Ray Depth", "Diffuse Depth", "Glossy Depth", "Transparent Depth",
+                                   "Transmission Depth"])  # fmt: skip
+def test_a_lamp_whose_depths_are_not_counted_has_a_note(build, translate, depth):
+    tree, emission = tree_of(build.light("POINT"))
+    path, add = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMath")
+    add.inputs[1].default_value = 0.25
+    tree.links.new(path.outputs[depth], add.inputs[0])
+    tree.links.new(add.outputs[0], emission.inputs["Strength"])
+    scene = translate()
+    assert scene.lights[0].pattern is None
+    assert [note.message for note in scene.notes] == [
+        f"{depth!r} is 0 in a lamp's nodes; Cycles counts the bounces up to the surface"
+    ]
+
+
 @pytest.mark.parametrize("kind", ["POINT", "SUN"])
 def test_a_light_falloff_in_a_computed_strength(build, translate, kind):
     """3 · d · d² / (s + d²), and the strength alone on a sun."""

@@ -99,6 +99,28 @@ def test_a_sun_that_the_horizon_cuts_gives_the_light_of_cycles(model, elevation,
     np.testing.assert_allclose(found, cycles, rtol=0.015)
 
 
+def test_a_sun_past_the_zenith_goes_down_on_the_other_side(build, translate):
+    """Cycles keeps the place of the sun, so that the elevation of a whole day can be animated."""
+    import bpy
+
+    from blender_addon import compat
+
+    build.camera()
+    world = bpy.context.scene.world = bpy.data.worlds.new("World")
+    tree = compat.use_nodes(world)
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    background = next(node for node in tree.nodes if node.type == "BACKGROUND")
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    found = []
+    for elevation, rotation in ((np.radians(60), 0.3 + np.pi), (np.radians(120), 0.3), (np.radians(480), 0.3)):
+        sky.sun_elevation, sky.sun_rotation = elevation, rotation
+        scene = translate()
+        found.append((scene.world.color.pixels, scene.lights[0].world_from_light))
+    for pixels, placed in found[1:]:
+        np.testing.assert_allclose(pixels, found[0][0], rtol=1e-4, atol=1e-6)
+        np.testing.assert_allclose(placed[:, 2], found[0][1][:, 2], atol=1e-5)
+
+
 def test_a_small_sun_is_drawn_only_where_the_horizon_cuts_it():
     from blender_addon.translate.shading.sky_nodes import drawn
     from spectral_core.scene.atmosphere import Atmosphere

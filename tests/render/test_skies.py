@@ -43,6 +43,12 @@ def test_the_sky_is_finite_at_the_ends_of_its_settings():
             assert np.isfinite(sky.radiance(directions)).all() and (sky.radiance(directions) >= 0).all()
 
 
+def test_a_night_of_single_scattering_is_dark_without_a_warning():
+    directions = np.array([(0, 0, 1.0), (1, 0, 0), (0, 0.6, 0.8)])
+    for elevation in (-0.5, -np.pi / 3, -np.pi / 2):
+        assert not Atmosphere("single", sun_elevation=elevation).radiance(directions).any()
+
+
 def test_without_mitsubas_data_there_is_no_such_sky(monkeypatch):
     monkeypatch.setattr(daylight, "COEFFICIENTS", "data/nowhere.bin")
     daylight._coefficients.cache_clear()

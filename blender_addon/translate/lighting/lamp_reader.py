@@ -37,6 +37,11 @@ class LampReader(Reader):
             return self.emit("transformed", self.point("position"), settings=("POINT", "WORLD", "OBJECT"))
         if name.startswith("ray:Is ") or name == "backfacing":
             return self.literal(0.0)  # Cycles does not tell the rays to a lamp apart
+        if name.startswith("ray:") and name.endswith(" Depth"):
+            self.note(
+                f"{name.removeprefix('ray:')!r} is 0 in a lamp's nodes; Cycles counts the bounces up to the surface"
+            )
+            return self.literal(0.0)
         if name.startswith("object_"):
             if name in self.info:
                 value = self.info[name]

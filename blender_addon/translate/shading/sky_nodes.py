@@ -63,8 +63,11 @@ def _sky(reader: Reader, output: Output) -> Any:
         atmosphere = Atmosphere(model, sun_direction=toward, **own)  # type: ignore[arg-type]
     else:
         aerosol = getattr(node, "aerosol_density", getattr(node, "dust_density", 1.0))  # its name before Blender 5.0
+        # a sun that goes on past the zenith goes down on the other side, so that a day can be animated
+        elevation = float(np.arcsin(np.sin(node.sun_elevation)))
+        rotation = node.sun_rotation + (np.pi if np.cos(node.sun_elevation) < 0 else 0.0)
         atmosphere = Atmosphere(
-            model, node.sun_elevation, node.sun_rotation, node.altitude, node.air_density, aerosol, node.ozone_density
+            model, elevation, rotation, node.altitude, node.air_density, aerosol, node.ozone_density
         )
     share = HOSEK_SHARE if is_replaced else 1.0
     angle = float(node.sun_size) if model in ("single", "multiple") and node.sun_disc else 0.0
