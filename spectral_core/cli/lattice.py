@@ -54,6 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError(f"--dims is {arguments.dims}; expected 1 to 10 dimensions, 16 with --criterion unit")
     if arguments.refine < 0:
         raise InvalidInputError(f"--refine is {arguments.refine}; expected 0 or more finer levels")
+    if arguments.points > lattice.MAX_POINTS:
+        raise InvalidInputError(f"--points is {arguments.points}; expected at most {lattice.MAX_POINTS:,}")
     expected = arguments.points * float(arguments.rate) ** min(arguments.refine, 1000)
     if expected > lattice.MAX_POINTS:
         raise InvalidInputError(
