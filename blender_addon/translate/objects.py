@@ -235,9 +235,10 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
 def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     """A Volume object: through its transfer function if that is on, else by its material."""
     seen = seen_as(instance, found.translation.depsgraph)
-    note_volume(found.translation, obj.name, seen)
+    samples = has_transfer(settings_data(obj, found.translation.depsgraph))
+    note_volume(found.translation, obj.name, seen, has_transfer=samples)
     note_velocity(found, obj)
-    if has_transfer(settings_data(obj, found.translation.depsgraph)):
+    if samples:
         volume = translate_volume(found, found.unique("volume", obj.name_full), obj, instance)
         found.volumes.append(volume)
         found.volume_owners.append((obj.name, obj.original, shown_by(instance)))

@@ -76,18 +76,10 @@ def seen_as(instance: Any, depsgraph: Any) -> dict[str, Any]:
     }
 
 
-TO_VOLUMES = Rays.CAMERA | Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
-"""Types of rays that a volume can be hidden from in Cycles."""
-
-
-def note_volume(translation: Translation, subject: str, seen: dict[str, Any]) -> None:
+def note_volume(translation: Translation, subject: str, seen: dict[str, Any], *, has_transfer: bool = False) -> None:
     """Name the settings of an object that have no effect on its volume; ``seen``: as ``seen_as`` gives it."""
-    if seen["hidden_from"] & TO_VOLUMES:
-        translation.note(subject, "its Ray Visibility has no effect on its volume, which all rays see")
-    if seen["hidden_from"] & Rays.SHADOW:
-        translation.note(
-            subject, "its volume takes light away on the way from lamps, although Shadow is off in its Ray Visibility"
-        )
+    if has_transfer and seen["hidden_from"]:
+        translation.note(subject, "its Ray Visibility has no effect on a volume with a transfer function")
     if seen["is_shadow_catcher"]:
         translation.note(subject, "it is a shadow catcher, and its volume is none")
 

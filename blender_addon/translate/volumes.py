@@ -150,8 +150,9 @@ def file_of(data: Any) -> Path:
         data.grids.load()
         if data.grids.frame_filepath:
             return Path(bpy.path.abspath(data.grids.frame_filepath, library=data.library))
+        reason = data.grids.error_message
         raise InvalidInputError(
-            f"the sequence of volume {data.name!r} has no file for this frame: {data.grids.error_message}"
+            f"the sequence of volume {data.name!r} has no file for this frame" + (f": {reason}" if reason else "")
         )
     return Path(bpy.path.abspath(data.filepath, library=data.library))
 

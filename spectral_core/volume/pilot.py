@@ -104,13 +104,12 @@ class Pilot:
         self.renderer, self.view, self.transfer, self.quality_db = renderer, view, transfer, quality_db
         self.palette = palette_matrix(transfer)
         x, y, self.is_whole = pilot_places(view, renderer.shown_corners(transfer), count)
-        self.count = len(x)
+        self.count, self._quadrature = len(x), quadratures_of(transfer.uses_gradient)[-1]
         self.pixels = (renderer.types.Float64(x), renderer.types.Float64(y))
         self._tried: dict[Stepping, Trial] = {}
-        quadrature = quadratures_of(transfer.uses_gradient)[-1]
-        made = refined_reference(lambda way: self._march(way, REFERENCE)[0], quadrature, quality_db + 6.0)
+        made = refined_reference(lambda way: self._march(way, REFERENCE)[0], self._quadrature, quality_db + 6.0)
         for changed, less_db in other_roundings(renderer, view, transfer, x, y):
-            made = limited_by_rounding(made, partial(self._referred, changed), quadrature, less_db)
+            made = limited_by_rounding(made, partial(self._referred, changed), self._quadrature, less_db)
         self.reference, self.reference_db, self.reference_scale = made.colors, made.snr_db, made.scale
         self.is_rounded = made.is_rounded
 
@@ -121,9 +120,17 @@ class Pilot:
         """A pilot of the same rays whose reference has an error 25 dB smaller, as far as single precision allows."""
         return Pilot(self.renderer, self.view, self.transfer, self.quality_db + 25.0, self.count)
 
-    def denser(self) -> Pilot:
-        """A pilot of the same picture with four times the rays."""
-        return Pilot(self.renderer, self.view, self.transfer, self.quality_db, 4 * self.count)
+    def denser(self, quality_db: float) -> Pilot:
+        """A pilot of the same picture with four times the rays, for another quality."""
+        return Pilot(self.renderer, self.view, self.transfer, quality_db, 4 * self.count)
+
+    def misses(self, trial: Trial, quality_db: float) -> bool:
+        """True if a stepping without an error on the pilot rays has one on many more: tips that few of them graze."""
+        x, y, _ = pilot_places(self.view, self.renderer.shown_corners(self.transfer), MOST_RAYS)
+        pixels = (self.renderer.types.Float64(x), self.renderer.types.Float64(y))
+        fine = Stepping("error", self._quadrature, self.reference_scale)
+        colors = self._march(fine, REFERENCE, pixels)[0]
+        return snr_db(colors, self._march(trial.stepping, pixels=pixels)[0] - colors) < quality_db
 
     def try_out(self, stepping: Stepping) -> Trial:
         """March the pilot rays with ``stepping``; each stepping once."""

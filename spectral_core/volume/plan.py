@@ -114,7 +114,11 @@ def plan(
         raise no_integrals()
     pilot = Pilot(renderer, view, transfer, quality)
     trials = _tried(pilot, ways, quality)
-    pilot, best = _stated(pilot, pilot.solve(_choose(trials, quality).stepping, quality, _CHOSEN_DB), quality)
+    first, best = pilot, pilot.solve(_choose(trials, quality).stepping, quality, _CHOSEN_DB)
+    pilot, best = _stated(pilot, best, quality)
+    if best.snr_db < quality - _SHORT_DB and pilot.count > first.count:  # another way may be right on more rays, too
+        trials = _tried(pilot, ways, quality)
+        best = pilot.solve(_choose(trials, quality).stepping, quality, _CHOSEN_DB)
     return Plan(
         best.stepping,
         best.snr_db,
@@ -203,9 +207,13 @@ def _stated(pilot: Pilot, best: Trial, quality_db: float) -> tuple[Pilot, Trial]
     ):
         pilot = pilot.sharper()
         best = pilot.try_out(best.stepping)
-    while best.spread > _SPREAD and pilot.count < MOST_RAYS:
+    while (
+        pilot.count < MOST_RAYS
+        and not pilot.is_whole
+        and (best.spread > _SPREAD or (best.is_bound and pilot.misses(best, quality_db)))
+    ):
         # Few rays carry much of the error: of four times as many rays, four times as many are of this kind.
-        pilot = pilot.denser()
+        pilot = pilot.denser(quality_db if best.is_bound else pilot.quality_db)
         best = pilot.solve(best.stepping, quality_db, 5 * _CHOSEN_DB, tries=4)
     return pilot, best
 

@@ -146,6 +146,8 @@ def test_the_command_states_what_would_take_hours(capsys: pytest.CaptureFixture[
     assert main(["lattice", "--refine", "30"]) == 1
     error = capsys.readouterr().err
     assert "--points 64 with --refine 30 makes about 6.87e+10 points; expected at most 10,000,000" in error
+    assert main(["lattice", "--points", "10000001"]) == 1
+    assert "--points is 10000001; expected 0 to 10,000,000" in capsys.readouterr().err
     assert main(["lattice", "--points", "21000", "--dims", "3", "--json"]) == 0
     printed = capsys.readouterr().out
     assert "discrepancy    not computed: more than 20,000 points" in printed

@@ -6,10 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.volume.checks.exact import exact_amounts
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import REFERENCE
-from spectral_core.volume.pilot import Pilot
+from spectral_core.volume.pilot import Pilot, snr_db
 from spectral_core.volume.plan import plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
@@ -93,3 +94,22 @@ def test_no_reference_is_stated_to_be_better_than_rounding_allows(half_width):
     assert pilot.is_rounded
     assert pilot.reference_db < measured + 6.0
     assert made.estimate_db < measured + 6.0
+
+
+@pytest.mark.parametrize("number", [0, 4, 11])
+def test_the_error_of_few_rays_among_many_is_stated(number):
+    """An opaque corner of a box: some rays of 22,500 pass through its edges, and are seldom among the pilot rays."""
+    rng = np.random.default_rng(number)
+    slopes, shape = rng.normal(size=3), (9, 6, 20)
+    field = np.tensordot(slopes, np.meshgrid(*(np.linspace(-1, 1, n) for n in shape), indexing="ij"), 1)
+    field = (field - field.min()) / np.ptp(field)
+    cut = 0.2 + 0.6 * rng.random()
+    transfer = TransferFunction((Material("solid", [cut, cut, 2.0], [0.0, 1e6, 1e6], np.ones(3)),))
+    volume = ScalarVolume("slope", field)
+    renderer, view = VolumeRenderer(volume), View.around(volume, 30.0 * number, 20.0, width=150, height=150)
+    made = plan(renderer, view, transfer, 50.0)
+    image = renderer.render(view, transfer, made.stepping)
+    # a visible way of a thousandth of a voxel is opaque, so that a ray is either opaque or clear
+    exact = exact_amounts(volume, transfer, view, 8)
+    assert snr_db(exact, image.amounts - exact) > made.estimate_db - 3.0
+    assert made.is_reached

@@ -116,7 +116,7 @@ def test_the_spread_is_the_standard_error_of_the_sum_of_energies(share: float) -
 
 def test_denser_and_sharper_pilots() -> None:
     pilot = begun(Law())
-    assert pilot.denser().count == 1600 and pilot.denser().quality_db == 40.0
+    assert (pilot.denser(40.0).count, pilot.denser(30.0).quality_db) == (1600, 30.0)
     assert pilot.sharper().quality_db == 65.0 and pilot.sharper().count == 400
     assert module.PILOT_RAYS == 4096 and module.MOST_RAYS == 65536
 

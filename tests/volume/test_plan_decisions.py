@@ -121,15 +121,18 @@ class Refining:
     def __init__(self, reference_db: float, count: int, spread: Callable[[int], float]) -> None:
         self.reference_db, self.count, self.quality_db, self.spread = reference_db, count, 60.0, spread
         self.done: list[str] = []
-        self.is_rounded = False
+        self.is_rounded = self.is_whole = False
+
+    def misses(self, trial: Trial, quality_db: float) -> bool:
+        return self.count < 1600
 
     def sharper(self) -> Refining:
         self.done.append("sharper")
         self.reference_db, self.quality_db = self.reference_db + 10.0, self.quality_db + 10.0
         return self
 
-    def denser(self) -> Refining:
-        self.done.append("denser")
+    def denser(self, quality_db: float) -> Refining:
+        self.done.append(f"denser for {quality_db:g} dB")
         self.count *= 4
         return self
 
@@ -163,8 +166,17 @@ def test_rays_are_added_until_the_error_is_certain_or_there_are_enough() -> None
     limit = 0.1
     pilot = Refining(200.0, 100, lambda count: 3.0 * limit if count < 1600 else limit)
     found = _stated(pilot, pilot.try_out(CELLS), 50.0)  # type: ignore[arg-type]
-    assert pilot.done == ["denser"] * 2
+    assert pilot.done == ["denser for 60 dB"] * 2
     assert found[1].spread == limit
     pilot = Refining(200.0, MOST_RAYS // 4, lambda _: 1.0)
     _stated(pilot, pilot.try_out(CELLS), 50.0)  # type: ignore[arg-type]
-    assert pilot.done == ["denser"]
+    assert pilot.done == ["denser for 60 dB"]
+
+
+def test_rays_are_added_where_those_of_the_pilot_miss_an_error() -> None:
+    bound = replace(trial(CELLS, 90.0, 1.0), is_bound=True)
+    for is_whole, expected in ((False, ["denser for 50 dB"]), (True, [])):
+        pilot = Refining(200.0, 400, lambda _: 0.0)
+        pilot.is_whole = is_whole
+        _stated(pilot, bound, 50.0)  # type: ignore[arg-type]
+        assert pilot.done == expected

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 from pathlib import Path
 
@@ -29,6 +30,13 @@ def test_contents_have_precedence_over_the_name(tmp_path):
     assert detect_format(tmp_path / "renamed.raw").name == "nrrd"
     assert detect_format(tmp_path / "noending").name == "vtk"
     check(read_volume(tmp_path / "renamed.raw"), fixture_values("int16"), world(DIRECTIONS))
+
+
+@pytest.mark.parametrize("name", ["itk.nrrd", "image.mha", "points_ascii.vtk", "image_ascii.vti"])
+def test_a_file_inside_gzip_is_named_as_such(tmp_path, name):
+    (tmp_path / f"{name}.gz").write_bytes(gzip.compress((DATA / name).read_bytes()))
+    with pytest.raises(FileFormatError, match="inside gzip, which is read of NIfTI alone; unpack it with gunzip"):
+        read_volume(tmp_path / f"{name}.gz")
 
 
 def test_unknown_and_misnamed_files_are_reported(tmp_path):

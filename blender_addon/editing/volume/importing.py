@@ -82,18 +82,22 @@ class Import:
         self._require_wanted()
         first = read_volume(path, **self.options) if frames is None else frames.read(frames.numbers[0])
         self._require_wanted()
-        made = self._written(path, first, frames)
+        made, widest = self._written(path, first, frames)
         note = fill_values_note(first.data, first.range_without_fill_values)
         made.warnings = [*warnings, *([f"{first.name}: {note}"] if note else [])]
-        made.look = stated_in_fractions(preset(self.preset, first), first, made.range)
+        # fitted to one frame, and stretched to the range of all, as on the command line: the first one may be empty
+        made.look = stated_in_fractions(preset(self.preset, widest), widest)
         return made
 
-    def _written(self, path: Path, first: ScalarVolume, frames: VolumeSequence | None) -> Imported:
-        """Write the OpenVDB files. A centered volume has its origin in its middle."""
+    def _written(self, path: Path, first: ScalarVolume, frames: VolumeSequence | None) -> tuple[Imported, ScalarVolume]:
+        """Write the OpenVDB files; also returns the frame of the widest range. A centered volume has its origin in its
+        middle.
+        """
         from spectral_core.volume.files import write_volume
 
         low, high = first.range_without_fill_values
         whole_low, whole_high = first.value_range
+        widest = first
         shift = -first.corners_world.mean(axis=0) if self.centered else np.zeros(3)
         stem = _stem(path if frames is None else Path(frames.pattern), f"{self.key} {self.centered}")
         if frames is None:
@@ -107,6 +111,7 @@ class Import:
                 volume = frames.read(number)
                 own = volume.range_without_fill_values
                 low, high = min(low, own[0]), max(high, own[1])
+                widest = volume if np.ptp(own) > np.ptp(widest.range_without_fill_values) else widest
                 whole_low, whole_high = min(whole_low, volume.value_range[0]), max(whole_high, volume.value_range[1])
                 write_volume(_moved(volume, shift), self.folder / f"{stem}_{place:04d}.vdb")
             target = self.folder / f"{stem}_0001.vdb"
@@ -116,7 +121,8 @@ class Import:
         density = 20.0 / max(abs(high), abs(low), 1e-9) / (max(first.shape) * voxel)
         longest = float(np.ptp(first.corners_world, axis=0).max())
         frame_count = 0 if frames is None else len(frames)
-        return Imported(first.name, path, target, frame_count, (float(low), float(high)), facts, density, longest)
+        ends = float(low), float(high)
+        return Imported(first.name, path, target, frame_count, ends, facts, density, longest), widest
 
     def _require_wanted(self) -> None:
         if self.stopping.is_set():

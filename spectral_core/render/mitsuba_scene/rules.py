@@ -14,7 +14,7 @@ import numpy as np
 
 from spectral_core.render.plugins.numbers import Rows, table
 from spectral_core.render.plugins.surfaces.at_hit import SurfaceAt
-from spectral_core.render.trace.media.table import IN_MEDIUM, Media, MediaAround, MediumRow
+from spectral_core.render.trace.media.table import HIDDEN, IN_MEDIUM, Media, MediaAround, MediumRow
 from spectral_core.scene import Rays
 
 MOST_LINKED_LIGHTS = 32
@@ -57,7 +57,7 @@ class RayRules:
     unlit_media: list[tuple[int, int]] = field(default_factory=list)
     """By medium the linked lights that do not illuminate it."""
     inside: list[tuple[Any, int]] = field(default_factory=list)
-    """By shape the number of its medium, and True if the shape is only the border of the medium."""
+    """By shape the number of its medium, with the bits of ``trace.media.table`` above it."""
     around: MediaAround = field(default_factory=MediaAround)
     """Numbers of the media of the world and at the camera."""
     made_media: Media | None = None
@@ -98,12 +98,14 @@ class Tables:
         if rules.media:
             if rules.made_media is None:
                 inside = self._table(shape, rules.inside)
-                rules.made_media = Media(mitsuba, rules.media, inside, rules.around)
+                hides = any(bits >> HIDDEN for _, bits in rules.inside)
+                rules.made_media = Media(mitsuba, rules.media, inside, rules.around, hides=hides)
             self.media = rules.made_media
         self.reradiation = rules.reradiation
         self.has_even_lobes = rules.subsurface or rules.reradiation is not None
         self.has_strands = any(bits & STRAND for _, bits in rules.shapes)
-        self.blocks_selectively = self.clear is not None or any(bits & int(Rays.SHADOW) for _, bits in rules.shapes)
+        unseen = int(Rays.ALL & ~Rays.CAMERA)
+        self.blocks_selectively = self.clear is not None or any(bits & unseen for _, bits in rules.shapes)
 
     def _table(self, pointer: Any, rows: list[tuple[Any, int]]) -> Rows | None:
         if not rows:
@@ -127,6 +129,29 @@ class Tables:
     def intersect(self, scene: Any, ray: Any, active: Any, coherent: Any = False) -> Any:
         """The nearest hit of a ray in the scene."""
         return self.meshes.intersect(scene, ray, coherent, active)
+
+    def intersect_seen(self, scene: Any, ray: Any, kind: Any, active: Any, coherent: Any = False) -> Any:
+        """The nearest hit of a ray of a type. If rays may start in media that they do not see, it is behind the shapes
+        that the ray passes: as in Cycles, such a medium has no effect if the ray meets nothing else.
+        """
+        import drjit as dr
+
+        first = self.intersect(scene, ray, active, coherent)
+        if self.media is None or not self.media.hides:
+            return first
+
+        def passed(si: Any, on: Any) -> Any:
+            return on & si.is_valid() & self.passes(self.shape_number(si), kind)
+
+        def onward(si: Any, walking: Any) -> tuple[Any, Any]:
+            rest = si.spawn_ray(ray.d)
+            rest.time, rest.wavelengths, rest.maxt = ray.time, ray.wavelengths, ray.maxt - si.t
+            beyond = self.intersect(scene, rest, walking)
+            beyond.t += si.t
+            return dr.select(walking, beyond, si), passed(beyond, walking)
+
+        found, _ = dr.while_loop((first, passed(first, active)), lambda _, walking: walking, onward)
+        return found
 
     def surface(self, si: Any) -> SurfaceAt:
         """The BSDF of the surface at a hit."""
@@ -199,14 +224,10 @@ class Tables:
         return found
 
     def casts_shadow(self, shape: Any, emitter: Any) -> Any:
-        """True if a shape occludes the light of an emitter."""
-        mi = self._mi
-        blocks = mi.Bool(True)
-        if self.shapes is not None:
-            blocks &= (self.look_up(self.shapes, shape) & int(Rays.SHADOW)) == 0
-        if self.clear is not None:
-            blocks &= (self.look_up(self.clear, shape) & self._bit(emitter)) == 0
-        return blocks
+        """True if a shape that a shadow ray sees occludes the light of an emitter."""
+        if self.clear is None:
+            return self._mi.Bool(True)
+        return (self.look_up(self.clear, shape) & self._bit(emitter)) == 0
 
     def _bit(self, emitter: Any) -> Any:
         """Bit of a linked light, 0 for other lights."""

@@ -17,7 +17,7 @@ from spectral_core.render.mitsuba_scene.media.rows import medium_row
 from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.plugins.lamps.light_points import Triangles
 from spectral_core.render.plugins.placing import is_regular
-from spectral_core.render.trace.media.table import ONLY_BORDER, MediumRow
+from spectral_core.render.trace.media.table import HIDDEN, ONLY_BORDER, MediumRow
 from spectral_core.scene import Diffuse, Instance, Material, ScatteringMedium, Scene
 
 PLAIN = Material("", Diffuse())
@@ -37,7 +37,7 @@ class Shapes:
         self.materials = {material.name: material for material in scene.materials}
         self.media: list[MediumRow] = []
         self.inside: list[tuple[Any, int]] = []
-        """Shapes that contain a medium: its number, from 1, and True if the shape is only the border of the medium."""
+        """Shapes that contain a medium: its number, from 1, with the bits of ``trace.media.table`` above it."""
         self.unlit_media: list[tuple[int, int]] = []
         """Media with light linking: the number, and the bits of the lights that do not illuminate it."""
         self._numbers: dict[tuple[str, str, int], int] = {}
@@ -189,7 +189,8 @@ class Shapes:
                 self.unlit_media.append((self._numbers[key], unlit))
         number = self._numbers[key]
         if number:
-            self.inside.append((shape, number | (ONLY_BORDER if material.surface is None else 0)))
+            hidden = int(instance.hidden_from) << HIDDEN
+            self.inside.append((shape, number | hidden | (ONLY_BORDER if material.surface is None else 0)))
 
     def _enter(self, material: Material) -> None:
         """Enter a material in the tables, once."""

@@ -132,7 +132,7 @@ class DataPasses(LobeColors):
                 way = dr.select(si.is_valid(), si.t, dr.inf)
                 unscattered = flights.clear(fills, fog, way, piece, walking)
                 clear, reach = clear * unscattered, reach * channel_mean(dr, unscattered)
-                fog = fills.crossed(fog, rules.shape_number(si), si, (ray.d, ray.d), met)
+                fog = fills.crossed(fog, rules.shape_number(si), si, (ray.d, ray.d), met & ~unseen)
             seen = met & ~unseen
             bsdf = first_hit.surface(si)
             passed = dr.select(seen, bsdf.eval_null_transmission(si, seen), 1.0)

@@ -152,7 +152,7 @@ class DenoisingData(LobeColors):
             out = dr.select(turned, si.to_world(surface.onward), way)
             onward = met & ~hole & (dr.max(clear) > 1e-4) & (layers + 1 < most)
             if fills is not None:
-                fog = fills.crossed(fog, rules.shape_number(si), si, (way, out), met)
+                fog = fills.crossed(fog, rules.shape_number(si), si, (way, out), met & ~unseen)
             place = (
                 dr.select(onward, si.spawn_ray(out).o, origin),
                 dr.select(onward, out, way),

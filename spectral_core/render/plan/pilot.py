@@ -244,7 +244,7 @@ def _pilot_class(variant: str) -> Any:
             self.flags |= dr.select(event, dr.select(bends, mi.UInt32(2), 1), 0)
             return super().cut_caustic(bsdf, kind)
 
-        def clear_way(self, scene: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
+        def clear_way(self, scene: Any, way: tuple[Any, Any, Any], light: tuple[Any, ...], active: Any) -> Any:
             self.blocked = scene.ray_test(way[0], active)
             return super().clear_way(scene, way, light, active)
 

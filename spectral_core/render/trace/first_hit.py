@@ -101,7 +101,7 @@ class FirstHit:
                 piece = mi.Ray3f(ray)
                 piece.o = origin
                 passed = dr.select(walking, passed * flights.clear(fills, fog, way, piece, walking), passed)
-                fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met)
+                fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met & ~unseen)
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < MOST_LAYERS)
             # a walk that ends at the limit has not reached the environment
             passed = dr.select(met & ~onward, 0.0, passed)

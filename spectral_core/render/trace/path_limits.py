@@ -152,8 +152,8 @@ def clamped(clamps: tuple[Any, Any] | None, value: Any, indirect: Any) -> Any:
     return value * dr.select(mean > most, most / mean, 1.0)
 
 
-def clear_way(integrator: Any, scene: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], active: Any) -> Any:
-    """Transmittance of the way from a point of an emitter (number, surfaces passed before, marks).
+def clear_way(integrator: Any, scene: Any, way: tuple[Any, Any, Any], light: tuple[Any, ...], active: Any) -> Any:
+    """Transmittance of the way from a point of an emitter (number, surfaces passed before, marks, type of ray).
 
     ``way``: the ray to the point, the medium at its start with the one around that, and the hit at its start with its
     shape, and whether it may lie within a strand.
@@ -169,35 +169,36 @@ def clear_way(integrator: Any, scene: Any, way: tuple[Any, Any, Any], light: tup
     return dr.select(scene.ray_test(ray, active), mi.Spectrum(0.0), mi.Spectrum(1.0))
 
 
-def shone_through(
-    tables: Any, most_layers: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], active: Any
-) -> Any:
+def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any, Any], light: tuple[Any, ...], active: Any) -> Any:
     """The product of the transmittances of the surfaces on a shadow ray.
 
     ``way``: scene, ray, the medium at its start and the one around that; ``light``: number of the light, surfaces
-    passed before, marks of the ray.
+    passed before, marks and type of the ray.
     """
     import drjit as dr
     import mitsuba as mi
 
     scene, ray, media = way
-    emitter, passed, marks = light
-    fills = tables.media
+    emitter, passed, marks, kind = light
+    fills, is_shadow = tables.media, kind == int(Rays.SHADOW)
 
     def body(ray: Any, clear: Any, layers: Any, fog: Any, active: Any) -> Any:
-        si = tables.intersect(scene, ray, active)
+        si = tables.intersect_seen(scene, ray, kind, active)
         si.dn_dv = mi.Vector3f(marks.x, marks.y, marks.z + mi.Float(layers - passed))
         met = active & si.is_valid()
         shape = tables.shape_number(si)
-        blocks = met & tables.casts_shadow(shape, emitter) & ~tables.from_within(shape, si, ray.d)
+        blocks = met & ~tables.passes(shape, kind) & tables.casts_shadow(shape, emitter)
+        blocks &= ~tables.from_within(shape, si, ray.d)
         clear = dr.select(blocks, clear * tables.surface(si).eval_null_transmission(si, blocks), clear)
         counts = blocks
         if fills is not None:
             length = dr.select(si.is_valid(), si.t, ray.maxt)
-            clear = dr.select(active, clear * flights.clear(fills, fog, length, ray, active), clear)
-            number = tables.shape_number(si)
-            fog = fills.crossed(fog, number, si, (ray.d, ray.d), met)
-            counts = blocks & ~fills.is_border(number, met)
+            # a ray that meets nothing more is in the world's medium alone, as in ``in_media.fly``
+            lost = ~is_shadow & ~si.is_valid()
+            fog = dr.select(lost, fills.around, fog[0]), dr.select(lost, 0, fog[1])
+            clear = dr.select(active, clear * flights.clear(fills, fog, length, ray, active, is_shadow), clear)
+            fog = fills.crossed(fog, shape, si, (ray.d, ray.d), met)
+            counts = blocks & ~fills.is_border(shape, met)
         layers = dr.select(counts, layers + 1, layers)
         rest = ray.maxt - si.t
         ray = dr.select(met, si.spawn_ray(ray.d), ray)
@@ -211,7 +212,7 @@ def shone_through(
 
 
 def shone_past_strands(
-    tables: Any, most_layers: Any, way: tuple[Any, Any, Any], light: tuple[Any, Any, Any], start: tuple[Any, ...]
+    tables: Any, most_layers: Any, way: tuple[Any, Any, Any], light: tuple[Any, ...], start: tuple[Any, ...]
 ) -> Any:
     """``shone_through`` if all but the far walls of strands are obstacles; ``start``: the hit that the ray comes from,
     its shape, whether it may lie within another strand, and True for the rays to trace.

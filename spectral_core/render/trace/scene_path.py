@@ -98,7 +98,8 @@ def scene_path_class(variant: str) -> Any:
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
             """One ray to the next hit: emission along it, direct light at the hit, and the continuation of the path."""
-            si = self.tables.intersect(scene, path.ray, path.active, path.depth == 0)
+            kind = dr.select(path.leaves, 0, path.kind)
+            si = self.tables.intersect_seen(scene, path.ray, kind, path.active, path.depth == 0)
             shape = self.tables.shape_number(si)
             from_within = self.tables.from_within(shape, si, path.ray.d)
             unseen = path.active & si.is_valid() & (self.tables.passes(shape, path.kind) | from_within)
@@ -250,8 +251,8 @@ def scene_path_class(variant: str) -> Any:
             self.asked = drawn.number
             wo = si.to_local(drawn.direction)
             # on a surface, only closures that see the light count; see ``lobes``
-            kind = dr.select(floats, int(Rays.VOLUME), dr.select(matt, self.kind_of(bsdf, si, wo, path.leaves), 0))
-            wanted &= self.tables.lights_it(drawn.number, kind, path.depth, receiver)
+            kind = dr.select(floats, int(Rays.VOLUME), self.kind_of(bsdf, si, wo, path.leaves))
+            wanted &= self.tables.lights_it(drawn.number, dr.select(floats | matt, kind, 0), path.depth, receiver)
             # reflecting lobes check the geometry themselves, with a normal that may differ from the hit's
             kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
             ray, lifted = self.shadow_ray(si, drawn, -path.ray.d)
@@ -277,9 +278,10 @@ def scene_path_class(variant: str) -> Any:
                 share = dr.select(shadowless, 1.0, share)
             wanted &= dr.any(value * drawn.value != 0.0)
             ray = dr.select(floats, si.spawn_ray_to(drawn.point), ray)
-            marks = shadow_marks(mi, si.dn_dv)
             start = si, shape, (path.within > 0) | path.leaves
-            light = drawn.number, path.passed, marks
+            # in Cycles scattered rays alone meet an even environment, and pass what they do not see
+            kind = dr.select(drawn.number == self.lights.even_world, kind, int(Rays.SHADOW))
+            light = drawn.number, path.passed, shadow_marks(mi, si.dn_dv), kind
             clear = self.clear_way(scene, (ray, media, start), light, wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
 

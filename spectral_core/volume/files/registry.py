@@ -102,9 +102,13 @@ def detect_format(path: str | Path) -> VolumeFormat:
     path = Path(path)
     if path.is_dir():
         return by_name("tiff")
-    head = file_head(path)
+    head, is_packed = _head(path)
     for entry in FORMATS:
         if entry.recognizes(head):
+            if is_packed and entry.name != "nifti":
+                raise FileFormatError(
+                    f"{path} is {entry.description} inside gzip, which is read of NIfTI alone; unpack it with gunzip"
+                )
             return entry
     promised = by_extension(path)
     if promised is None:
@@ -116,14 +120,16 @@ def detect_format(path: str | Path) -> VolumeFormat:
     return promised
 
 
-def file_head(path: Path) -> bytes:
-    """The first bytes of a file, unpacked if it is gzipped; raises FileFormatError if it cannot be opened."""
+def _head(path: Path) -> tuple[bytes, bool]:
+    """The first bytes of a file, unpacked if it is gzipped, and whether it is; raises FileFormatError if it cannot be
+    opened.
+    """
     with open_regular(path) as stream:
         head = stream.read(_HEAD)
-    if head.startswith(b"\x1f\x8b"):
-        try:
-            with gzip.open(path) as stream:
-                head = stream.read(_HEAD)
-        except BROKEN_STREAM as error:
-            raise FileFormatError(f"{path} is gzipped but truncated or damaged: {error}") from error
-    return head
+    if not head.startswith(b"\x1f\x8b"):
+        return head, False
+    try:
+        with gzip.open(path) as stream:
+            return stream.read(_HEAD), True
+    except BROKEN_STREAM as error:
+        raise FileFormatError(f"{path} is gzipped but truncated or damaged: {error}") from error

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.trace.media.table import ONLY_BORDER
-from spectral_core.scene import Instance, Scene
+from spectral_core.render.trace.media.table import HIDDEN, ONLY_BORDER
+from spectral_core.scene import Instance, Rays, Scene
 from spectral_core.scene.geometry import box_of, placed
 
 Array = NDArray[np.float64]
@@ -20,18 +20,19 @@ _MOST_COMPARED = 2000
 
 
 def media_at(mitsuba: Any, scene: Any, filled: list[tuple[Any, int]], point: Array, around: int) -> tuple[int, int]:
-    """Numbers of the two innermost media at ``point`` (3,): those whose borders a ray from there leaves and did not
-    enter.
+    """Numbers of the two innermost media at ``point`` (3,) that rays of the camera see: those whose borders a ray from
+    there leaves and did not enter.
 
     ``filled``: shapes with media, as in ``RayRules.inside``; ``around``: the medium of the world.
     """
     import drjit as dr
 
+    filled = [(shape, bits) for shape, bits in filled if not bits >> HIDDEN & Rays.CAMERA]
     boxes = [shape.bbox() for shape, _ in filled]
     if not any(np.all(point >= np.array(box.min)) and np.all(point <= np.array(box.max)) for box in boxes):
         return around, around
     numbers_of = lambda shape: dr.reinterpret_array(mitsuba.UInt32, mitsuba.ShapePtr(shape))  # noqa: E731
-    inside = {int(numbers_of(shape)[0]): medium & (ONLY_BORDER - 1) for shape, medium in filled}
+    inside = {int(numbers_of(shape)[0]): bits & ~ONLY_BORDER for shape, bits in filled}
     # read from memory, so that another point needs no new kernel
     position = mitsuba.Point3f(*(dr.opaque(mitsuba.Float, float(value)) for value in point))
     direction = dr.normalize(mitsuba.Vector3f(0.3, 0.9, -0.33))  # any direction, but along no edge of a box

@@ -94,14 +94,14 @@ def fly(media: Media, path: Any, reach: Any, sampler: Any, active: Any) -> Fligh
     return flight
 
 
-def clear(media: Media, of: tuple[Any, Any], length: Any, ray: Any, active: Any) -> Any:
+def clear(media: Media, of: tuple[Any, Any], length: Any, ray: Any, active: Any, is_shadow: Any = False) -> Any:
     """Transmittance of a ray through the media ``of`` its origin (the innermost, the one around that), up to a
-    distance; estimated where they vary.
+    distance; estimated where they vary. ``is_shadow``: True for shadow rays.
     """
     import drjit as dr
     import mitsuba as mi
 
-    numbers = media.present(of)
+    numbers = media.present(of, is_shadow)
     length = dr.minimum(length, FARTHEST)
     active = active & (of[0] != 0)
     of_media = [media.coefficients(number, ray.wavelengths, active) for number in numbers]

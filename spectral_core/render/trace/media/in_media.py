@@ -9,7 +9,7 @@ from spectral_core.render.lights.choice import Chosen, Receiver
 from spectral_core.render.lights.stretch import Stretch
 from spectral_core.render.trace.media import flight as flights
 from spectral_core.render.trace.media.flight import Flight
-from spectral_core.render.trace.media.table import IN_MEDIUM, Media
+from spectral_core.render.trace.media.table import IN_MEDIUM, NUMBER, Media
 from spectral_core.scene import Rays
 
 BY_ANGLE = 0.5
@@ -94,7 +94,7 @@ def ask_along(flight: Flight, at: tuple[Any, Any], of: tuple[Receiver, Chosen], 
 
 def receiver(path: Any) -> Any:
     """Number of a path's medium as a receiver of light. Where media overlap the innermost one counts, as in Cycles."""
-    return path.medium | type(path.medium)(IN_MEDIUM)
+    return (path.medium & NUMBER) | type(path.medium)(IN_MEDIUM)
 
 
 def scatter(

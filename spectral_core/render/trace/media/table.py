@@ -2,7 +2,9 @@
 """Media in objects and around them: their coefficients, phase functions and borders.
 
 A medium is a number, 0 for empty space. A ray knows the innermost medium at its place and the one around that; where
-objects with media overlap, or are in the world's medium, their media add up.
+objects with media overlap, or are in the world's medium, their media add up. As in Cycles, rays that do not see an
+object pass its border without entering or leaving its medium, and the medium takes nothing from shadow rays that do not
+see it.
 """
 
 from __future__ import annotations
@@ -16,11 +18,16 @@ from numpy.typing import NDArray
 from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.trace.below.guide import scattering
 from spectral_core.render.trace.media.grids import GridRow, MediumGrids
+from spectral_core.scene import Rays
 
 FARTHEST = 1e12
 """Length of a ray without end in a medium."""
+NUMBER = (1 << 16) - 1
+"""Bits of a medium's number."""
 ONLY_BORDER = 1 << 16
 """Bit of an object without surface: rays pass it unchanged."""
+HIDDEN = 17
+"""Lowest of the bits of ``Rays`` that do not see a medium."""
 IN_MEDIUM = 1 << 31
 """Bit of a receiver of light that is a medium: the rest is its number, which else is that of a shape."""
 
@@ -63,14 +70,14 @@ class Part:
 class Media:
     """All media of a scene.
 
-    ``inside``: the medium in a shape, by the shape's number, and ``ONLY_BORDER``. ``around``: the medium of the world;
-    ``camera``: the one at the camera and the one around that.
+    ``inside``: the medium in a shape, by the shape's number, and the bits above; ``hides``: True if some rays do not
+    see one of them. ``around``: the medium of the world; ``camera``: the one at the camera and the one around that.
     """
 
-    def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, at: MediaAround) -> None:
+    def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, at: MediaAround, *, hides: bool) -> None:
         import drjit as dr
 
-        self._mi, self._dr, self._rows, self._inside = mitsuba, dr, rows, inside
+        self._mi, self._dr, self._rows, self._inside, self.hides = mitsuba, dr, rows, inside, hides
         self._overlap, self._in_world = at.overlap, at.world != 0 and inside is not None
         self.around = dr.opaque(mitsuba.UInt32, at.world)
         self.begin_in(at.camera)
@@ -96,9 +103,9 @@ class Media:
         if any(row.grid is not None for row in rows):
             self.grids = MediumGrids(self._mi, [row.grid for row in rows])
 
-    def present(self, media: tuple[Any, Any]) -> list[Any]:
+    def present(self, media: tuple[Any, Any], is_shadow: Any = False) -> list[Any]:
         """Numbers of the media at a place, whose coefficients add up; 0 for none. ``media``: the innermost one, and the
-        one around that.
+        one around that; ``is_shadow``: True for shadow rays.
         """
         mi, dr = self._mi, self._dr
         medium, outer = media
@@ -108,7 +115,10 @@ class Media:
             found.append(mi.UInt32(dr.select(medium != self.around, outer, 0)))
         if self._overlap and self._in_world:
             found.append(mi.UInt32(dr.select((medium != self.around) & (outer != self.around), self.around, 0)))
-        return found
+        if not self.hides:
+            return found
+        unseen = [mi.Bool(is_shadow) & ((each >> HIDDEN & int(Rays.SHADOW)) != 0) for each in found]
+        return [mi.UInt32(dr.select(no, 0, each & NUMBER)) for each, no in zip(found, unseen, strict=True)]
 
     def coefficients(self, medium: Any, wavelengths: Any, active: Any) -> tuple[Any, Any, Any]:
         """Scattering, absorption and emission per unit of length."""
@@ -145,7 +155,7 @@ class Media:
         return tuple(tint.eval(place, active) for tint in self.grids.tints)
 
     def crossed(self, before: tuple[Any, Any], shape: Any, si: Any, ways: tuple[Any, Any], active: Any) -> Any:
-        """Medium, and the one around it, after a ray has hit a shape.
+        """Medium, and the one around it, after a ray has hit a shape that it sees.
 
         ``before``: both before the hit; ``ways``: directions of the ray to the shape and away from it.
         """
@@ -165,8 +175,8 @@ class Media:
         return mi.UInt32(after), mi.UInt32(around)
 
     def inside(self, shape: Any, active: Any) -> Any:
-        """The medium in a shape."""
-        return self._bits(shape, active) & (ONLY_BORDER - 1)
+        """The medium in a shape, and its own bits."""
+        return self._bits(shape, active) & ~self._mi.UInt32(ONLY_BORDER)
 
     def is_border(self, shape: Any, active: Any) -> Any:
         """True if a shape is only the border of a medium."""
