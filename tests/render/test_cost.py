@@ -26,7 +26,7 @@ from spectral_core.render.cost.errors import (
     splits,
     told_by_later,
 )
-from spectral_core.render.cost.figure import require_drawable, write_figure
+from spectral_core.render.cost.figure import write_figure
 from spectral_core.render.cost.model import CostModel
 from spectral_core.render.cost.probe import probe_pixels
 from spectral_core.render.cost.resample import PooledNoise, pools
@@ -99,12 +99,6 @@ def test_the_curve_predicts_the_error_of_a_plain_render(tmp_path):
         write_figure(tmp_path / "cost.png", curve, "colors")
     with pytest.raises(InvalidInputError, match="ends in '.txt'"):
         write_figure(tmp_path / "cost.txt", curve)
-
-
-def test_a_wrong_axis_of_the_plot_is_refused_before_the_measurement(tmp_path):
-    pytest.importorskip("matplotlib")
-    with pytest.raises(InvalidInputError, match="no axis is named 'colors'"):
-        require_drawable(tmp_path / "cost.png", "colors")
 
 
 def test_the_cost_of_a_border_is_that_of_its_render():
