@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core.render.cost.figure import require_drawable, write_figure
 
     if arguments.plot is not None:
-        require_drawable(arguments.plot)  # the measurement takes minutes
+        require_drawable(arguments.plot, arguments.axis)  # the measurement takes minutes
     with _blend.chatter_to_stderr():
         _blend.open_scene(arguments)
         scene = translated_scene(arguments)

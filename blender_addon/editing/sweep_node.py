@@ -84,8 +84,10 @@ class BlendNode:
         node = cls(str(file.resolve()), paths, percentage, samples, scene, worker_command())
         node._open()
         for parameter in space.parameters:
+            setting = setting_at(parameter.target)
+            setting.require_kind(parameter.kind)
             for choice in parameter.choices:
-                setting_at(parameter.target).checked(choice)
+                setting.checked(choice)
         start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
         made = node.scene(start, 0)
         print_, node = scene_hash(made), replace(node, not_linear=not_linear(made))
@@ -131,6 +133,9 @@ class BlendNode:
         for (name, _), setting in zip(self.paths, settings, strict=True):
             setting.write(parameters[name])
         follow_palette(path for _, path in self.paths)
+        # as a render does: Blender evaluates keyframes only when the frame is set
+        stage = bpy.context.scene
+        stage.frame_set(stage.frame_current, subframe=stage.frame_subframe)
         bpy.context.view_layer.update()
         depsgraph = bpy.context.evaluated_depsgraph_get()
         for (name, _), setting in zip(self.paths, settings, strict=True):

@@ -41,10 +41,22 @@ class Setting:
         """True if it is a whole number."""
         return not self.choices and isinstance(self.place.element(), int)
 
+    def require_kind(self, kind: str) -> None:
+        """Raise InvalidInputError if a parameter of this kind has values that the setting cannot have."""
+        if kind == "real" and self.is_whole:
+            raise InvalidInputError(f"{self.path} is a whole number; give its parameter kind = 'integer'")
+        if kind == "real" and self.choices:
+            raise InvalidInputError(
+                f"{self.path} is no number; give its parameter choices, of those that it offers: "
+                f"{', '.join(self.choices)}"
+            )
+
     def checked(self, value: Any) -> Any:
         """The value in the property's type. Raises InvalidInputError for an impossible value."""
         if not self.choices:
             if isinstance(value, (int, float)) and not isinstance(value, bool):
+                if self.is_whole and value != round(value):
+                    raise InvalidInputError(f"{self.path} is a whole number; it cannot be {value!r}")
                 return float(value)
             raise InvalidInputError(f"{self.path} is a number; it cannot be {value!r}")
         if self.choices == SWITCH and value in (0, 1, "0", "1", "false", "true"):
@@ -91,8 +103,6 @@ class Setting:
         if seen is None:
             return
         wanted, found = self.checked(value), seen.element()
-        if self.is_whole:
-            wanted = round(wanted)
         same = abs(wanted - found) <= 1e-6 * max(1.0, abs(wanted)) if isinstance(found, float) else wanted == found
         if not same:
             raise InvalidInputError(

@@ -110,7 +110,7 @@ def _pairs(option: str, text: str, groups: Sequence[str]) -> dict[str, str]:
                 entries.append((group.strip(), value.strip()))
             elif piece and entries and not separator:  # a comma in the value before it
                 entries[-1] = (entries[-1][0], f"{entries[-1][1]},{pieces[0].rstrip()}")
-            elif piece or not text.strip():
+            elif piece:
                 raise InvalidInputError(f"{option} {piece!r} is not of the form GROUP=VALUE, such as Key=0.3")
         del pieces[:count]
     names = [group for group, _ in entries]

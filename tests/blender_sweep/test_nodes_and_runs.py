@@ -103,7 +103,8 @@ class Ran(BackgroundCommand):
 
     def __init__(self, code: int | None, done: int, lines: list[str]) -> None:
         self.process = SimpleNamespace(poll=lambda: code, returncode=code)
-        self.done, self.lines, self.total, self.started = lambda: done, lambda: lines, 8, 0.0
+        self.done, self.lines, self.total = lambda: done, lambda: lines, 8
+        self.seconds_left = lambda done: 15.0 * done or None
         self.log = SimpleNamespace(close=lambda: None)
         self.folder = Path("/sweeps/heights.cdb")
 
@@ -127,7 +128,7 @@ def test_the_panel_shows_how_far_a_run_is_and_how_it_ended(
     settings = scene.spectral.sweep
     settings.done = 99
     monkeypatch.setattr(sweeps, "_run", Ran(code, done, lines))
-    monkeypatch.setattr(sweeps, "time", SimpleNamespace(monotonic=lambda: 10.0, sleep=lambda _: None))
+    monkeypatch.setattr(sweeps, "time", SimpleNamespace(sleep=lambda _: None))
     assert sweeps.look(scene) == (code is None)
     assert (settings.done, settings.status) == (done, status)
     assert (sweeps._run is None) == (code is not None)
@@ -187,12 +188,22 @@ def test_the_estimate_of_finished_rows_counts_budget_and_workers(scene: Any, row
     assert settings.status == estimate(scene)
 
 
+def test_points_of_earlier_runs_say_nothing_on_the_time_left(monkeypatch: Any) -> None:
+    """They counted as points of this run: a continued sweep had 0 s left for minutes."""
+    seconds = iter([4.0, 6.0, 10.0])
+    monkeypatch.setattr(sweep_run, "DoneCount", lambda _: SimpleNamespace(read=lambda: 100))
+    monkeypatch.setattr(sweep_run, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
+    monkeypatch.setattr(BackgroundCommand, "__init__", lambda self, _: setattr(self, "started", 0.0))
+    run = sweep_run.Run([], Path("sweep.cdb"), 128, 1)
+    assert [run.seconds_left(done) for done in (100, 101, 105)] == [None, 27 * 6.0, 23 * 1.0]
+
+
 def test_points_that_the_page_added_are_computed_with_the_panels_workers(
     scene: Any, rows: list[Row], monkeypatch: Any  # noqa: F811
 ) -> None:  # fmt: skip
     calls: list[Any] = []
     monkeypatch.setattr(sweeps, "_run", None)
-    monkeypatch.setattr(sweeps, "Run", lambda command, folder, total, _: calls.append((command, folder, total)))
+    monkeypatch.setattr(sweeps, "Run", lambda command, folder, total, *_: calls.append((command, folder, total)))
     scene.spectral.sweep.workers = 3
     sweeps.resume(scene)
     ((command, folder, total),) = calls

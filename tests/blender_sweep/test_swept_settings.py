@@ -212,3 +212,34 @@ def test_a_point_names_settings_that_keyframes_or_drivers_hold(scene: Any, anima
     held = animate(bpy.data.lights["Key"])
     (text,) = set_point(scene, values)
     assert text.startswith(f"{KEY} {held}")
+
+
+def test_a_setting_with_keyframes_is_refused_although_blender_shows_the_new_value(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    """Blender evaluates keyframes when the frame is set, so the check passed, and all pictures were the same."""
+    from spectral_core.explore.sweep.parameters import Parameter
+
+    bpy.data.objects["Plane"].keyframe_insert("location", index=0, frame=1)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    path = 'bpy.data.objects["Plane"].location[{}]'
+    with pytest.raises(Exception, match=r"location\[0\] was set to 1\.0, but keyframes, a driver"):
+        node_of(tmp_path, Parameter("x", 1, 2, path=path.format(0)))
+    node_of(tmp_path, Parameter("y", 1, 2, path=path.format(1)))  # has none
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [(SIDES, "is a whole number; give its parameter kind = 'integer'"),
+     (HIDDEN, "is no number; give its parameter choices, of those that it offers: off, on"),
+     (SHAPE, "is no number; give its parameter choices, of those that it offers: POINT, SUN")],
+)  # fmt: skip
+def test_a_real_range_over_a_setting_of_few_values_is_refused(
+    scene: Any,  # noqa: F811
+    tmp_path: Path,
+    path: str,
+    reason: str,
+) -> None:
+    """Values between whole numbers were rounded in the scene, not in the table; those of a switch failed one by one."""
+    from spectral_core.explore.sweep.parameters import Parameter
+
+    with pytest.raises(Exception, match=reason):
+        node_of(tmp_path, Parameter("value", 0, 1, path=path))

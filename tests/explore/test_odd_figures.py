@@ -140,3 +140,12 @@ def test_points_without_a_text_are_gray_and_have_no_place_on_its_axis(tmp_path: 
     texts = re.findall(r"<!-- (.*?) -->", drawing)
     assert "color: t; gray: no value" in texts
     assert [text for text in texts if text in ("one", "two", "")] == ["one", "two"] * (len(texts) and 2)
+
+
+def test_long_names_in_figures_lose_their_middle(tmp_path: Path) -> None:
+    """Names of variables began outside of the figure, and categories ended without a sign that they were longer."""
+    pytest.importorskip("matplotlib")
+    long = "brightness_of_the_lamp_beside_the_window_in_the_morning"
+    table = {long: [1.0, 2.0], "place": ["under the old oak tree", "under the old ash tree"]}
+    texts = drawn(draw_matrix(tmp_path / "matrix.svg", table, [long, "place"]))[1]
+    assert {"brightness_o…the_morning", "under th…ak tree", "under th…sh tree"} <= texts and long not in texts

@@ -161,3 +161,19 @@ def test_keys_reach_thumbnails_files_and_rows(tmp_path: Path) -> None:
             "-20",
         ]
         assert page.errors == []
+
+
+def test_axes_of_whole_numbers_have_no_halves(tmp_path: Path) -> None:
+    columns: dict[str, list[object]] = {"n": [1, 2, 3, 2], "v": [1.0, 2.0, 3.0, 2.5]}
+    for kind, expected in (("integer", False), ("real", True)):
+        about = {"n": {"role": "parameter", "of": kind}, "v": {"role": "parameter", "of": kind}}
+        table = PageTable("table", f"whole-{kind}", columns, list("abcd"), about)
+        with Browser(1200, 800) as page:
+            page.open(write_page(tmp_path / f"{kind}.html", table).resolve().as_uri())
+            page.run("""globalThis.written = []; const draw = CanvasRenderingContext2D.prototype.fillText;
+            CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+              written.push(text); draw.call(this, text, ...rest); };
+            explorer.changed(); explorer.state.view = "parallel"; explorer.changed(); 0""")
+            texts = page.run("written")
+            assert {"1", "2", "3"} <= set(texts) and ("1.5" in texts) == expected
+            assert page.errors == []

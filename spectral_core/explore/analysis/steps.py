@@ -101,10 +101,17 @@ def print_sensitivity(store: Store, name: str) -> list[dict[str, Any]]:
     else:
         checked = f"{100 * found[0].explained:.0f} % of the variance predicted on omitted rows"
     print(f"{name}: {len(values)} rows, {checked}")
+    width = max(len(one.name) for one in found)
     for one in found:
-        print(f"  {one.name:24} first {one.first:6.3f} [{one.first_interval[0]:6.3f}, {one.first_interval[1]:6.3f}]   "
-              f"total {one.total:6.3f} [{one.total_interval[0]:6.3f}, {one.total_interval[1]:6.3f}]")  # fmt: skip
+        print(f"  {one.name:{width}} first {_index(one.first, one.first_interval)}   "
+              f"total {_index(one.total, one.total_interval)}")  # fmt: skip
     return [asdict(one) for one in found]
+
+
+def _index(value: float, interval: tuple[float, float]) -> str:
+    """An index with its interval; a zero that rounding made negative has no sign."""
+    number, low, high = (f"{round(each, 3) + 0.0:6.3f}" for each in (value, *interval))
+    return f"{number} [{low}, {high}]"
 
 
 def proposed_point(store: Store, name: str) -> dict[str, Any]:

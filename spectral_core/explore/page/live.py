@@ -70,7 +70,7 @@ class LiveSweep:
         project = self.store.project
         region.checked(project.space)
         known = self.store.known_points()
-        inside_now = sum(region.contains(project.space, point) for point in known)
+        inside_now = sum(map(region.membership(project.space), known))
         return self._add(region, inside_now + budget)
 
     def refine(self, content: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,6 +18,8 @@ MOST_TEXTS = 12
 """Categories that an axis names."""
 MOST_CHARACTERS = 16
 """Of a category's name; also of all names of an x axis together, beyond which they stand upright."""
+MOST_OF_NAME = 24
+"""Characters of a variable's name: as many as a plot is wide."""
 
 
 def draw_matrix(
@@ -57,16 +59,16 @@ def draw_matrix(
                     values[np.isfinite(values)], bins=_bins(values, data[across][1], scales[across]), color="#9aa7b8"
                 )
                 plot.set_yticks([])
-                plot.set_title(_plain(across), fontsize=8, loc="left")
+                plot.set_title(_plain(across, MOST_OF_NAME), fontsize=8, loc="left")
             else:
                 _scattered(plot, data[across][0], data[upward][0], shade, s=6)
                 _scaled(plot.yaxis, data[upward][1], scales[upward])
             _scaled(plot.xaxis, data[across][1], scales[across])
             plot.tick_params(labelsize=6, labelbottom=row == len(names) - 1, labelleft=column == 0 and row > 0)
             if column == 0 and row > 0:
-                plot.set_ylabel(_plain(upward), fontsize=7)
+                plot.set_ylabel(_plain(upward, MOST_OF_NAME), fontsize=7)
             if row == len(names) - 1:
-                plot.set_xlabel(_plain(across), fontsize=7)
+                plot.set_xlabel(_plain(across, MOST_OF_NAME), fontsize=7)
     if color:
         gray = "" if np.isfinite(data[color][0]).all() else "; gray: no value"
         figure.suptitle(f"color: {_plain(color)}{gray}", fontsize=8, ha="right", x=0.98)
@@ -114,13 +116,13 @@ def draw_error_against_time(
                     _plain_log_ticks(axis)
             plot.tick_params(labelsize=6)
             plot.set_xlabel(f"{_plain(time)} (s)", fontsize=7)
-            plot.set_ylabel(_plain(error), fontsize=7)
+            plot.set_ylabel(_plain(error, MOST_OF_NAME), fontsize=7)
             if factor and column == len(errors) - 1:
                 bar = figure.colorbar(drawn, ax=plot)
-                bar.set_label(_plain(factor), fontsize=7)
+                bar.set_label(_plain(factor, MOST_OF_NAME), fontsize=7)
                 bar.ax.tick_params(labelsize=6)
                 if texts:
-                    bar.set_ticks(range(len(texts)), labels=[_plain(text) for text in texts])
+                    bar.set_ticks(range(len(texts)), labels=[_plain(text, MOST_CHARACTERS) for text in texts])
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
     return Path(path)
@@ -152,13 +154,13 @@ def draw_error_against_factors(
                     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
                     _plain_log_ticks(axis)
             if texts:
-                plot.set_xticks(range(len(texts)), [_plain(text) for text in texts])
+                plot.set_xticks(range(len(texts)), [_plain(text, MOST_CHARACTERS) for text in texts])
                 plot.set_xlim(-0.5, len(texts) - 0.5)
             plot.tick_params(labelsize=6)
-            plot.set_xlabel(_plain(factor), fontsize=7)
-            plot.set_ylabel(_plain(error), fontsize=7)
+            plot.set_xlabel(_plain(factor, MOST_OF_NAME), fontsize=7)
+            plot.set_ylabel(_plain(error, MOST_OF_NAME), fontsize=7)
     bar = figure.colorbar(drawn, ax=axes.ravel().tolist())
-    bar.set_label(_plain(color), fontsize=7)
+    bar.set_label(_plain(color, MOST_OF_NAME), fontsize=7)
     bar.ax.tick_params(labelsize=6)
     with whole_file(path) as unfinished:
         figure.savefig(unfinished)
@@ -183,7 +185,7 @@ def _scaled(axis: Any, texts: Sequence[str], is_log: bool) -> None:
         axis.axes.set(**{f"{axis.axis_name}scale": "log"})
     elif texts:
         step = -(-len(texts) // MOST_TEXTS)
-        labels = [_plain(text[:MOST_CHARACTERS]) for text in texts[::step]]
+        labels = [_plain(text, MOST_CHARACTERS) for text in texts[::step]]
         upright = axis.axis_name == "x" and len(labels) * max(map(len, labels)) > MOST_CHARACTERS
         axis.set_ticks(range(0, len(texts), step), labels, rotation=90 if upright else 0)
         axis.axes.set(**{f"{axis.axis_name}lim": (-0.5, len(texts) - 0.5)})
@@ -202,8 +204,10 @@ def _is_positive(values: Any) -> bool:
     return bool(known.size and known.min() > 0)
 
 
-def _plain(text: str) -> str:
-    """A text that Matplotlib shows as it is: two dollar signs would enclose a formula."""
+def _plain(text: str, most: int = 200) -> str:
+    """A text that Matplotlib shows as it is: two dollar signs would enclose a formula. A long one loses its middle."""
+    if len(text) > most:
+        text = f"{text[: most // 2]}…{text[-((most - 1) // 2) :]}"
     return text.replace("$", r"\$")
 
 

@@ -163,9 +163,10 @@ def design_points(
 def _listed_points(space: Space, region: RegionOfInterest, design: Design) -> tuple[list[Point], list[str]]:
     """The different points of a list that are in the region, and a note if some are not."""
     chosen: dict[tuple[Value, ...], Point] = {}
+    contains = region.membership(space)
     for point in design.points:
         _check_listed(space, point)
-        if region.contains(space, point):
+        if contains(point):
             one = {p.name: p.counted(point[p.name]) for p in space.parameters}
             chosen.setdefault(_address(space, one), one)
     left_out = len(design.points) - len(chosen)

@@ -73,9 +73,14 @@ class CostCurve:
 
         Raises UnknownNameError.
         """
-        if name not in AXES:
-            raise UnknownNameError.among("axis", name, AXES)
+        require_axis(name)
         return tuple(point for point in self.points if point.axis == name)
+
+
+def require_axis(name: str) -> None:
+    """Raise UnknownNameError for an axis that no cost curve has."""
+    if name not in AXES:
+        raise UnknownNameError.among("axis", name, AXES)
 
 
 def cost_curve(scene: Scene) -> CostCurve:

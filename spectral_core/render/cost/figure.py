@@ -10,7 +10,7 @@ import numpy as np
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.files.whole import require_writable, whole_file
-from spectral_core.render.cost.curve import CostCurve, CostPoint
+from spectral_core.render.cost.curve import CostCurve, CostPoint, require_axis
 
 FORMATS = (".png", ".svg", ".pdf")
 VISIBLE = ((1.0, "not visible"), (3.0, "visible side by side"), (1e9, "obvious"))
@@ -72,8 +72,9 @@ def write_figure(path: str | Path, curve: CostCurve, axis: str = "samples", titl
         pyplot.close(figure)
 
 
-def require_drawable(path: str | Path) -> None:
-    """Raise the errors of ``write_figure`` for its file and for matplotlib, before the work for it is done."""
+def require_drawable(path: str | Path, axis: str = "samples") -> None:
+    """Raise the errors of ``write_figure`` for its file, its axis and matplotlib, before the work for it is done."""
+    require_axis(axis)
     _require_format(Path(path))
     _pyplot()
     require_writable(path)

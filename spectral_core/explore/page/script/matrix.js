@@ -161,7 +161,7 @@ export class Matrix {
         context.fillText(fitted(context, column.name, panel.width - 8), panel.left + 4, panel.top + 13);
         context.font = "11px system-ui, sans-serif";
         context.fillStyle = ink("--quiet");
-        if (column.unit && panel.height > 44) context.fillText(column.unit, panel.left + 4, panel.top + 26);
+        if (column.unit && panel.height > 44) context.fillText(fitted(context, column.unit, panel.width - 8), panel.left + 4, panel.top + 26);
       }
       if (panel.row === count - 1) this.across(context, panel, column);
       if (panel.column === 0 && panel.row > 0) this.up(context, panel, row);

@@ -47,7 +47,8 @@ export function ticks(column, wanted) {
   const inRange = (/** @type {number} */ k) => Math.floor(column.high / k + 1e-9) - Math.ceil(column.low / k - 1e-9) + 1;
   const steps = [0.5, 1, 2, 5, 10].map((k) => k * power);
   const wide = steps.find((k) => k >= rough) ?? 10 * power;
-  const step = inRange(wide) > 1 ? wide : steps.filter((k) => k < wide && inRange(k) > 1).at(-1) ?? wide; // one tick tells no scale
+  const fine = inRange(wide) > 1 ? wide : steps.filter((k) => k < wide && inRange(k) > 1).at(-1) ?? wide; // one tick tells no scale
+  const step = column.of === "integer" ? Math.max(fine, 1) : fine; // there is no value between whole numbers
   const first = Math.ceil(column.low / step - 1e-9);
   const count = Math.min(inRange(step), MOST_TICKS); // beyond 2^53 a number may be its own successor
   for (let i = 0; i < count; i++) found.push({ at: position(column, (first + i) * step), text: plain((first + i) * step) });
