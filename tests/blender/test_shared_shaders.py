@@ -265,3 +265,27 @@ def test_phase_functions_of_sums_in_each_other_keep_their_shares(build, translat
     total = sum(weight for weight, _, _ in medium.lobes)
     shares = {round(g, 3): weight / total for weight, g, _ in medium.lobes}
     assert shares == pytest.approx({0.2: 0.25, 0.5: 0.25, -0.4: 0.5})
+
+
+def test_an_edit_of_a_factor_changes_numbers_alone(build, translate):
+    """So that a live view needs no new kernel."""
+    from spectral_core.scene import weighted_leaves
+
+    tree = Tree(build, "material")
+    wave = tree.nodes.new("ShaderNodeObjectInfo").outputs["Random"]
+    ends = tree.leaf((0.2, 0, 0)), tree.leaf((0.7, 0, 0))
+    for _ in range(4):
+        ends = tree.both("Mix", *ends, 0.3), tree.both("Add", ends[0], tree.both("Mix", *ends, wave))
+    tree.show(tree.both("Mix", *ends))
+    seen = []
+    for factor in (0.3, 0.5, 0.8):
+        for node in tree.nodes:
+            if node.type == "MIX_SHADER" and not node.inputs[0].is_linked:
+                node.inputs[0].default_value = factor
+        (surface,) = [m.surface for m in translate().materials if m.name == "Material"]
+        found = list(weighted_leaves(surface))
+        assert len(found) == 2
+        shapes = [[(value.program.shape, rest) for value, rest in weight.varying] for weight, _ in found]
+        seen.append((shapes, weights_of(surface, 0.4)))
+    assert seen[0][0] == seen[1][0] == seen[2][0]
+    assert len({round(weights[0.2], 6) for _, weights in seen}) == 3

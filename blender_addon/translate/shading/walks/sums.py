@@ -69,10 +69,9 @@ class Sums:
 
     def _times(self, way: Way, mix: MixSurface, *, is_rest: bool) -> Way:
         weight, value = way
-        share = self.shares[id(mix)]
-        if is_rest:
-            share = self.reader.emit("math", 1.0, share, 0.0, settings=("SUBTRACT",))
-        product = self.reader.emit("math", value, share, 0.0, settings=("MULTIPLY",))
+        product = self.reader.emit("math", value, self.shares[id(mix)], 0.0, settings=("MULTIPLY",))
+        if is_rest:  # not by 1 - share, which is the same step at a half alone
+            product = self.reader.emit("math", value, product, 0.0, settings=("SUBTRACT",))
         return weight.times(mix.factor, complement=is_rest), product
 
     def _added(self, one: Way, other: Way, most: float) -> Way:
