@@ -227,24 +227,6 @@ def test_a_sequence_shows_the_file_of_each_frame(blender, tmp_path):
     assert seen == [10.0, 11.0, 13.0]
 
 
-def test_the_preset_of_a_sequence_that_begins_empty_spans_its_data(blender, tmp_path):
-    """It was fitted to the first frame, and stretched from there: half of the data were brightest."""
-    from spectral_core.volume.field import ScalarVolume
-    from spectral_core.volume.files import write_volume
-
-    for number, top in enumerate((0.0, 4.0, 10.0), 1):
-        values = np.linspace(0.0, top, 60, dtype=np.float32).reshape(5, 4, 3)
-        write_volume(ScalarVolume("plume", values), tmp_path / f"plume_{number:04d}.nrrd")
-    thing = imported(tmp_path / "plume_0001.nrrd", sequence=True, preset="xray")
-    assert list(thing.data["spectral_range"]) == [0.0, 10.0]
-    bpy.context.scene.frame_set(3)
-    (material,) = translated().volumes[0].transfer.materials
-    np.testing.assert_allclose(material.values, [1.0, 10.0], rtol=2e-3)
-    bpy.context.scene.frame_set(7)
-    (note,) = (note.message for note in translated().notes if "no file for this frame" in note.message)
-    assert ": ;" not in note
-
-
 def test_a_volume_shows_the_chosen_grid_of_its_file(blender, ramp, tmp_path):
     from spectral_core.volume.files.formats.openvdb_format import find_openvdb
 

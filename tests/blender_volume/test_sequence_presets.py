@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Transfer functions of imported sequences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+def test_the_preset_of_a_sequence_that_begins_empty_spans_its_data(blender, tmp_path):
+    """It was fitted to the first frame, and stretched from there: half of the data were brightest."""
+    from blender_addon.translate.scene import translate_scene
+    from spectral_core.volume.field import ScalarVolume
+    from spectral_core.volume.files import write_volume
+
+    for number, top in enumerate((0.0, 4.0, 10.0), 1):
+        values = np.linspace(0.0, top, 60, dtype=np.float32).reshape(5, 4, 3)
+        write_volume(ScalarVolume("plume", values), tmp_path / f"plume_{number:04d}.nrrd")
+    path = str(tmp_path / "plume_0001.nrrd")
+    assert bpy.ops.spectral.volume_import(filepath=path, sequence=True, preset="xray") == {"FINISHED"}
+    thing = bpy.context.object
+    assert list(thing.data["spectral_range"]) == [0.0, 10.0]
+    bpy.context.scene.frame_set(3)
+    (material,) = translate_scene(bpy.context.evaluated_depsgraph_get()).volumes[0].transfer.materials
+    np.testing.assert_allclose(material.values, [1.0, 10.0], rtol=2e-3)
+    bpy.context.scene.frame_set(7)
+    (note,) = (
+        note.message
+        for note in translate_scene(bpy.context.evaluated_depsgraph_get()).notes
+        if "no file for this frame" in note.message
+    )
+    assert ": ;" not in note
