@@ -96,8 +96,8 @@ def alternatives(
         found = distinct_solutions(problem, starts=max(wanted, 6), seed=seed)
         return _chosen(list(found), wanted, range(len(problem.lights)))
     if (unit := brightness_unit(problem)) != 1:
-        found = alternatives(in_unit(problem, unit), count=wanted, seed=seed)
-        return tuple(replace(each, solution=from_unit(each.solution, problem, unit)) for each in found)
+        in_own_unit = alternatives(in_unit(problem, unit), count=wanted, seed=seed)
+        return tuple(replace(each, solution=from_unit(each.solution, problem, unit)) for each in in_own_unit)
     first = solution if solution is not None and not held else solve_palette(problem, explain=False)
     if not first.status.usable:
         raise InvalidInputError(f"the palette has no solution to vary: {first.remedy}")
