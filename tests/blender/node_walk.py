@@ -30,6 +30,7 @@ class Bench:
 
     ``owner``: the material, world or lamp. ``source``: an output that varies over the surface. ``shader``: an output
     of a shader. ``given``: other values of pointers, by name. ``plain``: the translation of the unlinked node.
+    ``seconds``: another output of the kind of ``source`` and of ``shader``, by these: a mix of equal parts is no mix.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Bench:
     depsgraph: Any
     lamp: Any = None
     given: dict[str, Any] = field(default_factory=dict)
+    seconds: dict[Any, Any] = field(default_factory=dict)
     plain: str | None = None
 
     @classmethod
@@ -128,11 +130,24 @@ class Bench:
         return next((each for each in self.node.inputs if each.identifier.replace(" ", "_") == wanted), None)
 
     def link_all(self, but: Any = None) -> None:
-        """Link every input, except one, to what varies or to a shader."""
+        """Link every input, except one, to what varies or to a shader: the second of a type to another one."""
         tree = self.owner.node_tree
+        met = set()
         for each in self.node.inputs:
+            source = self.shader if each.type == "SHADER" else self.source
             if each != but:
-                tree.links.new(self.shader if each.type == "SHADER" else self.source, each)
+                tree.links.new(self._second(source) if each.type in met else source, each)
+                met.add(each.type)
+
+    def _second(self, source: Any) -> Any:
+        """Another output of the same kind as ``source``."""
+        if source not in self.seconds:
+            node = self.owner.node_tree.nodes.new(source.node.bl_idname)
+            if source == self.source:
+                self.owner.node_tree.links.new(source, node.inputs[0])
+                node.inputs[1].default_value = (0.4, 0.1, 0.7)
+            self.seconds[source] = node.outputs[0]
+        return self.seconds[source]
 
     def unlink_all(self) -> None:
         """Remove every link to the node."""

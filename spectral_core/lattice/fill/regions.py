@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -181,7 +182,7 @@ def ball(center: ArrayLike, radii: ArrayLike, *, p: float = 2.0) -> Region:
     half = frozen_array("radii", radii, (len(middle),))
     if not (half > 0).all():
         raise InvalidInputError(f"radii holds {half.min()}; expected positive numbers")
-    if not p >= 1.0:  # nor is NaN
+    if not (isinstance(p, Real) and p >= 1.0):  # nor is NaN
         raise InvalidInputError(f"p is {p}; expected 1 <= p (below 1 the ball is not convex)")
     if math.isinf(p):
         return box(middle - half, middle + half)
