@@ -27,15 +27,17 @@ IN_ANOTHER_WAY = ("matrix_basis", "matrix_local", "matrix_parent_inverse", "matr
 """Settings without another value that any object or material can have."""
 
 
-def outdated(stage, block):
+def outdated(stage, block=None):
     """The parts of the sent scene that differ from a full translation, and this translation.
 
-    ``block`` is evaluated again, as for F12: of a change that Blender does not report, its copy knows nothing either.
+    ``block``: evaluated again, as for F12, if Blender does not report each change of it; its copy has those that are
+    reported.
     """
     from spectral_core.render.live.in_place.changes import difference
 
-    block.update_tag()
-    bpy.context.view_layer.update()  # the view is not told
+    if block is not None:
+        block.update_tag()
+        bpy.context.view_layer.update()  # the view is not told
     true = whole(stage)
     left = difference(next(iter(stage.link.scenes.values())), true)
     return [*left.items, *(single for single in left.singles if single not in ("film", "notes"))], true

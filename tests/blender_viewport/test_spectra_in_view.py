@@ -11,19 +11,10 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from tests.blender_viewport.test_viewport_edits import updated, whole  # noqa: E402
+from tests.blender_viewport.test_settings_in_view import outdated  # noqa: E402
+from tests.blender_viewport.test_viewport_edits import updated  # noqa: E402
 
 LAMP_NAMES, SURFACE_NAMES = ("HP1", "FL11"), ("blue sky", "foliage")
-
-
-def outdated(stage, owner):
-    """The parts of the view's scene that differ from a translation of newly evaluated data."""
-    from spectral_core.render.live.in_place.changes import difference
-
-    owner.update_tag()
-    bpy.context.view_layer.update()  # the view is not told
-    left = difference(next(iter(stage.link.scenes.values())), whole(stage))
-    return [*left.items, *(single for single in left.singles if single not in ("film", "notes"))]
 
 
 def colored_by_node(tree, kind, socket):
@@ -96,7 +87,7 @@ def test_each_property_of_a_spectrum(stage, tmp_path, name):
     for edited, edit in edits(owner.spectral, path, LAMP_NAMES if name in ("light", "world") else SURFACE_NAMES):
         updated(stage, lambda _stage, edit=edit: edit())
         seen.add(edited.partition(".")[0])
-        if outdated(stage, owner.id_data):
+        if outdated(stage, owner.id_data)[0]:
             stale.append(edited)
             updated(stage, lambda _stage: owner.id_data.update_tag())
     assert stale == []
