@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A view follows a script that sets one property of a spectrum after the other, without another report of the edit.
+"""A view follows a script that sets a property of the extension, without another report of the edit.
 
 The evaluated copy of a data-block is out of date as well if Blender does not report a change. So a view is compared
 with a translation of data that are evaluated again, as F12 does.
@@ -92,3 +92,20 @@ def test_each_property_of_a_spectrum(stage, tmp_path, name):
             updated(stage, lambda _stage: owner.id_data.update_tag())
     assert stale == []
     assert seen == SpectralSpectrum.__annotations__.keys() - {"message"}
+
+
+def test_overrides_of_the_plan(stage):
+    updated(stage)
+    settings = stage.scene.spectral.render
+
+    def add(_stage):
+        override = settings.overrides.add()
+        override.name, override.value = "bounces", "4"
+
+    edits = (add, lambda _stage: setattr(settings.overrides[0], "value", "2"))
+    stale = []
+    for number, edit in enumerate(edits):
+        updated(stage, edit)
+        stale += [number for _part in outdated(stage, stage.scene)[0]]
+    assert stale == []
+    assert next(iter(stage.link.scenes.values())).settings.overrides == (("bounces", "2"),)
