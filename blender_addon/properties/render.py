@@ -57,7 +57,7 @@ RENDER_FIELDS = by_name(
 class SpectralPlanChoice(bpy.types.PropertyGroup):
     """The artist's override of a decision of the plan; ``name`` is the effect's."""
 
-    value: StringProperty(name="Value", description="The artist's choice instead of the plan's")
+    value: StringProperty(name="Value", update=tag, description="The artist's choice instead of the plan's")
 
 
 class SpectralPlanLine(bpy.types.PropertyGroup):

@@ -34,8 +34,12 @@ def tag(spectral: bpy.types.PropertyGroup, _context: Any = None) -> None:
 class SpectralSample(bpy.types.PropertyGroup):
     """One point of a sampled spectrum."""
 
-    wavelength_nm: FloatProperty(name="Wavelength", description="Wavelength in nanometers", min=0.0, precision=1)
-    value: FloatProperty(name="Value", description="Reflectance from 0 to 1, or relative power", precision=4)
+    wavelength_nm: FloatProperty(
+        name="Wavelength", description="Wavelength in nanometers", min=0.0, precision=1, update=tag
+    )
+    value: FloatProperty(
+        name="Value", description="Reflectance from 0 to 1, or relative power", precision=4, update=tag
+    )
 
 
 DYE_FIELDS = by_name(
@@ -84,7 +88,7 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
         search=offers(Topic.SPECTRUM_ENTRIES), update=announces(Topic.SPECTRUM_CHOICE),
     )  # fmt: skip
     kind: EnumProperty(
-        default="OWNER", description="Type of the values",
+        default="OWNER", description="Type of the values", update=tag,
         items=[
             ("OWNER", "By Owner", "The type that its owner needs", 0),
             ("ILLUMINANT", "Illuminant", "Relative power per nm", 1),
@@ -95,10 +99,11 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
         name="Relative Strength", default=1.0, min=0.0, soft_max=4.0, update=tag,
         description="Brightness relative to a white light of the same power",
     )  # fmt: skip
-    spectrum_name: StringProperty(name="Spectrum Name", description="Name of the stored spectrum")
-    origin: StringProperty(name="Origin", description="Source of the stored values")
+    spectrum_name: StringProperty(name="Spectrum Name", update=tag, description="Name of the stored spectrum")
+    origin: StringProperty(name="Origin", update=tag, description="Source of the stored values")
     interpolation: EnumProperty(
-        name="Interpolation", default="LINEAR", description="How values are interpolated between their wavelengths",
+        name="Interpolation", default="LINEAR", update=tag,
+        description="How values are interpolated between their wavelengths",
         items=[
             ("LINEAR", "Linear", "Straight lines between the values, as the renderer reads them", 0),
             ("SAMPLED", "Sampled", "Each value is constant over its cell", 1),

@@ -17,18 +17,27 @@ from tests.settings_walk import fingerprint, other_rna, read_rna  # noqa: E402
 UNREPORTED = {
     ("object", "lightgroup"), ("world", "lightgroup"),
     *((f"ShaderNode{name}Curve", f"mapping.{setting}") for name in ("RGB", "Float") for setting in (
-        "clip_max_x", "curves[0].points[0].handle_type", "curves[0].points[0].location",
+        "clip_min_x", "clip_max_x", "curves[0].points[0].handle_type", "curves[0].points[0].location",
     )),
 }  # fmt: skip
 """Settings whose change by a script Blender reports to no engine; a view shows it after the next edit."""
+UNREPORTED_CASES = ("light paths", "lamp in Cycles", "world in Cycles")
+"""Cases whose every setting is one of Cycles, of which Blender reports none."""
 IN_ANOTHER_WAY = ("matrix_basis", "matrix_local", "matrix_parent_inverse", "matrix_world", "parent_type", "use_nodes")
 """Settings without another value that any object or material can have."""
 
 
-def outdated(stage):
-    """The parts of the sent scene that differ from a full translation, and this translation."""
+def outdated(stage, block=None):
+    """The parts of the sent scene that differ from a full translation, and this translation.
+
+    ``block``: evaluated again, as for F12, if Blender does not report each change of it; its copy has those that are
+    reported.
+    """
     from spectral_core.render.live.in_place.changes import difference
 
+    if block is not None:
+        block.update_tag()
+        bpy.context.view_layer.update()  # the view is not told
     true = whole(stage)
     left = difference(next(iter(stage.link.scenes.values())), true)
     return [*left.items, *(single for single in left.singles if single not in ("film", "notes"))], true
@@ -50,10 +59,11 @@ def test_settings_of_data_blocks(build, stage, name):  # noqa: F811
         kept = read_rna(owner, setting)
         for value in (case.others.get(setting) or other_rna(owner, setting), kept):
             updated(stage, lambda _stage, setting=setting, value=value: setattr(owner, setting, value))
-            if outdated(stage)[0]:
+            if outdated(stage, owner.id_data)[0]:
                 stale.add((name, setting))
                 updated(stage, lambda _stage: owner.id_data.update_tag())
-    assert stale <= UNREPORTED
+    if name not in UNREPORTED_CASES:
+        assert stale <= UNREPORTED
 
 
 def test_settings_of_shader_nodes(stage):
@@ -67,9 +77,9 @@ def test_settings_of_shader_nodes(stage):
         bpy.data.objects["Ball"].data.materials[0] = bench.owner
         changing = ""
 
-        def translated(name=name):
+        def translated(name=name, bench=bench):
             updated(stage)
-            parts, true = outdated(stage)
+            parts, true = outdated(stage, bench.owner)
             if parts:
                 stale.add((name, changing))  # noqa: B023
             return fingerprint(true.materials)
