@@ -200,9 +200,11 @@ def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any, Any], ligh
             fog = fills.crossed(fog, shape, si, (ray.d, ray.d), met)
             counts = blocks & ~fills.is_border(shape, met)
         layers = dr.select(counts, layers + 1, layers)
-        rest = ray.maxt - si.t
+        rest, origin = ray.maxt - si.t, mi.Point3f(ray.o)
         ray = dr.select(met, si.spawn_ray(ray.d), ray)
         ray.maxt = rest
+        if tables.counts_lengths:
+            ray.time = si.time + dr.norm(ray.o - origin)
         return ray, clear, layers, fog, met & (dr.max(clear) > 0.0) & (layers <= most_layers)
 
     start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), media, active)
