@@ -245,3 +245,20 @@ def test_an_alpha_that_nothing_shows_does_not_count(build, translate, goes):
         tree.links.new(other.outputs[0], mix.inputs[2])
         tree.links.new(mix.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Surface"])
     np.testing.assert_array_equal(np.ravel(colors(translate(), (0.5, 0.5))), alone)
+
+
+def test_paint_that_is_not_saved_has_a_note(build, translate, tmp_path):
+    """Cycles reads the file then, except if the image is packed."""
+    saved(tmp_path / "wall.png", (0.2, 0.4, 0.6))
+    image = bpy.data.images.load(str(tmp_path / "wall.png"))
+    textured(build, image)
+    assert not translate().notes
+    image.pixels.foreach_set(np.tile(np.array([0.8, 0.2, 0.0, 1.0], np.float32), 16))
+    image.update()
+    scene = translate()
+    np.testing.assert_allclose(colors(scene, (0.5, 0.5)), [(0.8, 0.2, 0.0)], atol=1 / 255)
+    assert [(note.subject, note.message) for note in scene.notes] == [
+        ("wall.png", "it shows what was painted and not saved; a final render of Cycles reads the file")
+    ]
+    image.pack()
+    assert not translate().notes

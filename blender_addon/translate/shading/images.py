@@ -197,6 +197,8 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     note_changed(translation, image.name, image)
     if image.source in ("SEQUENCE", "MOVIE"):
         translation.note(image.name, "this movie or sequence shows the frame that Blender has loaded")
+    if image.is_dirty and is_from_file(image):
+        translation.note(image.name, "it shows what was painted and not saved; a final render of Cycles reads the file")
     if image.source == "TILED":
         translation.note(image.name, "only the first tile of this tiled (UDIM) image is used")
     values = np.empty(len(image.pixels), dtype=np.float32)
