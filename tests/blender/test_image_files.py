@@ -262,3 +262,34 @@ def test_paint_that_is_not_saved_has_a_note(build, translate, tmp_path):
     ]
     image.pack()
     assert not translate().notes
+
+
+def luminance_of(signal, space):
+    """cd/m² of a gray signal by ITU-R BT.2100, of HLG on a screen of 1000 cd/m²."""
+    if space == "Rec.2100-HLG":
+        light = signal**2 / 3 if signal <= 0.5 else (np.exp((signal - 0.55991073) / 0.17883277) + 0.28466892) / 12
+        return 1000 * light**1.2
+    root = signal ** (32 / 2523)
+    return 10000 * (max(root - 3424 / 4096, 0) / (2413 / 128 - 2392 / 128 * root)) ** (16384 / 2610)
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0), reason="Blender has these color spaces from 5.0 on")
+@pytest.mark.parametrize("space", ["Rec.2100-HLG", "Rec.2100-PQ"])
+@pytest.mark.parametrize("kind", ["PNG", "OPEN_EXR"])
+def test_images_of_video_are_as_bright_as_in_cycles(build, translate, tmp_path, kind, space):
+    """There 100 cd/m² are 1; Blender itself places 203 there. Floats of a packed file are Blender's in Cycles too."""
+    made = bpy.data.images.new("saved", 4, 4, float_buffer=kind == "OPEN_EXR")
+    made.colorspace_settings.name = "Non-Color"
+    made.pixels.foreach_set(np.tile(np.array([0.6, 0.6, 0.6, 1.0], np.float32), 16))
+    made.filepath_raw, made.file_format = str(tmp_path / "video"), kind
+    made.save()
+    image = bpy.data.images.load(str(tmp_path / "video"))
+    textured(build, image)
+    image.colorspace_settings.name = space
+    scene = translate()
+    found = colors(scene, (0.5, 0.5))[0]
+    np.testing.assert_allclose(found, luminance_of(0.6, space) / 100, rtol=5e-3)
+    image.pack()
+    packed = colors(translate(), (0.5, 0.5))[0]
+    np.testing.assert_allclose(packed, found / (2.03 if kind == "OPEN_EXR" else 1.0), rtol=1e-5)
+    assert scene.notes == ()
