@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import pytest
 
+from spectral_core.errors import InvalidInputError
+
 bpy = pytest.importorskip("bpy")
 
 
@@ -44,3 +46,16 @@ def test_a_camera_may_clip_close_to_its_start_and_focus_before_it(build, transla
     lens.clip_end = 4.0
     camera = translate().camera
     assert camera.near < camera.far == pytest.approx(5.0, rel=1e-5)
+
+
+def test_an_orthographic_scale_of_0_is_refused_with_what_to_do(build, translate):
+    """It does not count for a perspective camera, whose file may keep any number."""
+    build.plane()
+    lens = build.camera().data
+    lens.type, lens.ortho_scale = "ORTHO", -2.0
+    with pytest.raises(
+        InvalidInputError, match="Orthographic Scale of the camera 'Camera' is 0 .*expected a number above 0"
+    ):
+        translate()
+    lens.type = "PERSP"
+    assert translate().camera.kind == "perspective"

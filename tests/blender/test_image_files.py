@@ -245,3 +245,51 @@ def test_an_alpha_that_nothing_shows_does_not_count(build, translate, goes):
         tree.links.new(other.outputs[0], mix.inputs[2])
         tree.links.new(mix.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL").inputs["Surface"])
     np.testing.assert_array_equal(np.ravel(colors(translate(), (0.5, 0.5))), alone)
+
+
+def test_paint_that_is_not_saved_has_a_note(build, translate, tmp_path):
+    """Cycles reads the file then, except if the image is packed."""
+    saved(tmp_path / "wall.png", (0.2, 0.4, 0.6))
+    image = bpy.data.images.load(str(tmp_path / "wall.png"))
+    textured(build, image)
+    assert not translate().notes
+    image.pixels.foreach_set(np.tile(np.array([0.8, 0.2, 0.0, 1.0], np.float32), 16))
+    image.update()
+    scene = translate()
+    np.testing.assert_allclose(colors(scene, (0.5, 0.5)), [(0.8, 0.2, 0.0)], atol=1 / 255)
+    assert [(note.subject, note.message) for note in scene.notes] == [
+        ("wall.png", "it shows what was painted and not saved; a final render of Cycles reads the file")
+    ]
+    image.pack()
+    assert not translate().notes
+
+
+def luminance_of(signal, space):
+    """cd/m² of a gray signal by ITU-R BT.2100, of HLG on a screen of 1000 cd/m²."""
+    if space == "Rec.2100-HLG":
+        light = signal**2 / 3 if signal <= 0.5 else (np.exp((signal - 0.55991073) / 0.17883277) + 0.28466892) / 12
+        return 1000 * light**1.2
+    root = signal ** (32 / 2523)
+    return 10000 * (max(root - 3424 / 4096, 0) / (2413 / 128 - 2392 / 128 * root)) ** (16384 / 2610)
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 0), reason="Blender has these color spaces from 5.0 on")
+@pytest.mark.parametrize("space", ["Rec.2100-HLG", "Rec.2100-PQ"])
+@pytest.mark.parametrize("kind", ["PNG", "OPEN_EXR"])
+def test_images_of_video_are_as_bright_as_in_cycles(build, translate, tmp_path, kind, space):
+    """There 100 cd/m² are 1; Blender itself places 203 there. Floats of a packed file are Blender's in Cycles too."""
+    made = bpy.data.images.new("saved", 4, 4, float_buffer=kind == "OPEN_EXR")
+    made.colorspace_settings.name = "Non-Color"
+    made.pixels.foreach_set(np.tile(np.array([0.6, 0.6, 0.6, 1.0], np.float32), 16))
+    made.filepath_raw, made.file_format = str(tmp_path / "video"), kind
+    made.save()
+    image = bpy.data.images.load(str(tmp_path / "video"))
+    textured(build, image)
+    image.colorspace_settings.name = space
+    scene = translate()
+    found = colors(scene, (0.5, 0.5))[0]
+    np.testing.assert_allclose(found, luminance_of(0.6, space) / 100, rtol=5e-3)
+    image.pack()
+    packed = colors(translate(), (0.5, 0.5))[0]
+    np.testing.assert_allclose(packed, found / (2.03 if kind == "OPEN_EXR" else 1.0), rtol=1e-5)
+    assert scene.notes == ()

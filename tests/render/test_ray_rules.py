@@ -29,6 +29,7 @@ from spectral_core.scene import (
     Scene,
     SpotLight,
     SunLight,
+    Transparent,
     World,
     gray,
 )
@@ -211,3 +212,20 @@ def test_numbers_that_are_not_finite_are_refused(bad):
     ):
         with pytest.raises(InvalidInputError, match="expected a value from"):
             make()
+
+
+def test_clear_planes_before_a_wide_glowing_ceiling_take_no_light():
+    """Far from the middle the rounding errors of positions are large beside the slant of the rays."""
+    ceiling = Instance("lid", "wide", at(0, 0, 2), ("glow",))
+    panes = [Instance(f"pane {z}", "wide", at(0, 0, z), ("clear",)) for z in (0.75, 1.0, 1.25)]
+    view = Camera(world_from_camera=at(0, 0, 0.5), field_of_view_rad=0.3)
+    bare = scene(lights=(), film=Film(8, 8, samples=256))
+    bare = replace(
+        bare,
+        camera=view,
+        meshes=(*bare.meshes, square("wide", 100)),
+        materials=(*bare.materials, Material("clear", Transparent(gray(1.0)))),
+        instances=(FLOOR, ceiling),
+    )
+    behind = replace(bare, instances=(*bare.instances, *panes))
+    assert brightness(behind) == pytest.approx(brightness(bare), rel=3e-3)

@@ -62,7 +62,7 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         field_of_view_rad=MIDDLE_VIEW_RAD
         if shown is not None
         else float(np.clip(lens.angle, LEAST_VIEW_RAD, GREATEST_VIEW_RAD)),
-        orthographic_scale=lens.ortho_scale,
+        orthographic_scale=_orthographic_scale(camera) if orthographic else 1.0,
         sensor_fit=FITS[lens.sensor_fit],  # type: ignore[arg-type]
         shift=(lens.shift_x, lens.shift_y),
         aperture_radius=radius,
@@ -71,6 +71,17 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         far=max(lens.clip_end, near * (1 + 1e-6)),  # an end before the start shows nothing
         aperture=aperture_of(lens.dof),
         panorama=shown,
+    )
+
+
+def _orthographic_scale(camera: Any) -> float:
+    """Extent of an orthographic camera's view. Raises InvalidInputError if nothing lies in it."""
+    scale = float(camera.data.ortho_scale)
+    if scale > 0:
+        return scale
+    raise InvalidInputError(
+        f"the Orthographic Scale of the camera {camera.name!r} is {scale:g} (Blender stores numbers below 0 as 0); "
+        "expected a number above 0; set it in the camera's properties under Lens"
     )
 
 

@@ -20,7 +20,7 @@ from ..ledger import note_changed
 from ..questions import state_of_file
 from .image_files import frame_image, frame_of, tile_image, tiles_of
 from .image_files.alpha import file_bytes, is_from_file, multiplied_bytes, multiplied_floats
-from .image_files.color_spaces import as_in_file, scene_linear
+from .image_files.color_spaces import VIDEO_SPACES, VIDEO_WHITE, as_in_file, scene_linear
 from .tree import Output, is_read, wanted_aovs
 
 Array = NDArray[Any]
@@ -35,8 +35,6 @@ INTERPOLATIONS: dict[str, Literal["nearest", "cubic"]] = {"Closest": "nearest", 
 CHUNK = 1 << 16
 """Numbers of an image that are converted at once."""
 LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
-VIDEO_SPACES = ("Rec.2100-HLG", "Rec.2100-PQ")
-"""Color spaces of video whose white Blender and Cycles place differently."""
 NUMBER_SPACES = ("Non-Color", "Raw")
 WHOLE, FRAME, TILE, STACKED, USE = "whole", "frame", "tile", "stacked", "use"
 """First words of the keys of images that were read, by what they are; Blender's image follows, as ``_image_key``."""
@@ -197,6 +195,8 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     note_changed(translation, image.name, image)
     if image.source in ("SEQUENCE", "MOVIE"):
         translation.note(image.name, "this movie or sequence shows the frame that Blender has loaded")
+    if image.is_dirty and is_from_file(image):
+        translation.note(image.name, "it shows what was painted and not saved; a final render of Cycles reads the file")
     if image.source == "TILED":
         translation.note(image.name, "only the first tile of this tiled (UDIM) image is used")
     values = np.empty(len(image.pixels), dtype=np.float32)
@@ -211,8 +211,6 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         return ImageTexture(f"{image.name} (alpha)", np.ascontiguousarray(alpha), color_space="raw")
     colors = np.ascontiguousarray(pixels[..., :3] if pixels.shape[2] >= 3 else pixels[..., :1])
     space = image.colorspace_settings.name
-    if space in VIDEO_SPACES:
-        translation.note(image.name, f"colors of its color space {space!r} differ in brightness from those of Cycles")
     multiplies = has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES
     coverage = pixels[..., 3:4] if multiplies else None
     read = _float_image if image.is_float else _byte_image
@@ -237,6 +235,8 @@ def _float_image(
     divided, space = None, image.colorspace_settings.name
     if alpha is not None:
         colors, divided = multiplied_floats(image, colors, alpha)
+    if space in VIDEO_SPACES and is_from_file(image):
+        colors = colors * VIDEO_WHITE
     colors = _with_alpha(colors, alpha, alpha_is_read)
     if space in NUMBER_SPACES:
         return ImageTexture(image.name, colors, color_space="raw")

@@ -153,6 +153,19 @@ class Tables:
         found, _ = dr.while_loop((first, passed(first, active)), lambda _, walking: walking, onward)
         return found
 
+    @property
+    def counts_lengths(self) -> bool:
+        """True if the lengths of rays from their last bounce are kept, because some program reads them."""
+        return bool(self.meshes.scene.reads_lengths)
+
+    def at_bounce(self, si: Any) -> Any:
+        """The hit as the start of rays whose length counts from it."""
+        if not self.counts_lengths:
+            return si
+        place = self._mi.SurfaceInteraction3f(si)
+        place.time = self._mi.Float(0.0)
+        return place
+
     def surface(self, si: Any) -> SurfaceAt:
         """The BSDF of the surface at a hit."""
         return SurfaceAt(self.surfaces, si)

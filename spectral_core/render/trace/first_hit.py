@@ -134,9 +134,13 @@ class FirstHit:
 
         Returns the hit, whether it is one, whether the camera passes it unseen, and whether it is a holdout.
         """
+        import drjit as dr
+
         mi = self.mitsuba
         probe = mi.Ray3f(ray)
         probe.o, probe.maxt = origin, length
+        if self.rules is not None and self.rules.counts_lengths:
+            probe.time = dr.norm(origin - ray.o)
         si = self.intersect(probe, walking)
         si.dn_du, si.dn_dv = -ray.d, camera_marks(mi)
         met = walking & si.is_valid()

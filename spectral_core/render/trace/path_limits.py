@@ -200,15 +200,33 @@ def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any, Any], ligh
             fog = fills.crossed(fog, shape, si, (ray.d, ray.d), met)
             counts = blocks & ~fills.is_border(shape, met)
         layers = dr.select(counts, layers + 1, layers)
-        rest = ray.maxt - si.t
-        ray = dr.select(met, si.spawn_ray(ray.d), ray)
-        ray.maxt = rest
+        origin = mi.Point3f(ray.o)
+        ray = dr.select(met, toward_end(si, end, ray.d), ray)
+        if tables.counts_lengths:
+            ray.time = si.time + dr.norm(ray.o - origin)
         return ray, clear, layers, fog, met & (dr.max(clear) > 0.0) & (layers <= most_layers)
 
+    end = ray.o + ray.d * ray.maxt
     start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(passed), media, active)
     _, clear, layers, _, _ = dr.while_loop(start, lambda _r, _c, _n, _m, active: active, body)
     # a ray that ends at the limit counts as occluded
     return dr.select(layers <= most_layers, clear, 0.0)
+
+
+def toward_end(si: Any, end: Any, direction: Any) -> Any:
+    """A shadow ray's rest behind a hit, to its ``end``; of length 0 if that is past.
+
+    It aims at the end anew, because it starts above the surface by the rounding error of its position: moved by that,
+    the ray could end behind the emissive surface that it leads to.
+    """
+    import drjit as dr
+
+    ray = si.spawn_ray(direction)
+    away = end - ray.o
+    length, ahead = dr.norm(away), dr.dot(away, direction) > 0.0
+    ray.d = dr.select(ahead, away / length, direction)
+    ray.maxt = dr.select(ahead, length, 0.0)
+    return ray
 
 
 def shone_past_strands(

@@ -76,6 +76,17 @@ def path_state_class(variant: str) -> Any:
             self.kind = mi.UInt32(int(Rays.CAMERA))
             self.before.p = ray.o
 
+        def go_on(self, si: Any, outward: Any, onward: Any, scatters: Any, counts_lengths: bool) -> None:
+            """Continue behind a hit. A surface that is passed straight renews neither the length that is left to the
+            ray (``maxt``) nor, if programs read it, the length from the last bounce (``time``).
+            """
+            rest, origin = self.ray.maxt - si.t, mi.Point3f(self.ray.o)
+            self.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, self.ray.d)), self.ray)
+            self.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            if counts_lengths:
+                # between the origins, because a ray starts beyond a surface by the rounding error of its position
+                self.ray.time = dr.select(onward & ~scatters, si.time + dr.norm(self.ray.o - origin), 0.0)
+
         def remember(self, si: Any, bs: Any, shape: Any, scatters: Any, sides: tuple[Any, Any]) -> None:
             """Store the point where the path has scattered, and the density.
 

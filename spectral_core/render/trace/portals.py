@@ -24,7 +24,7 @@ def send_on(tables: Any, hit: tuple[Any, Any, Any], path: Any, sample1: Any, str
     si, bsdf, bs = hit
     moved = straight & ((mi.UInt32(bs.sampled_type) & PORTAL) != 0)
     place = mi.Point3f(bsdf.of_drawn("exit_of", si, sample1, moved))
-    ray = si.spawn_ray(si.to_world(bs.wo))
+    ray = tables.at_bounce(si).spawn_ray(si.to_world(bs.wo))
     ray.o = dr.select(dr.squared_norm(place - si.p) > NEAR_SQUARED, place, ray.o)
     path.ray = dr.select(moved, ray, path.ray)
     path.before_delta |= moved

@@ -159,10 +159,7 @@ def scene_path_class(variant: str) -> Any:
             path.passed = dr.select((hit & straight & ~border) | hole, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
             path.remember(si, bs, shape, scatters, self.sides_of(bsdf, leaves))
-            # A surface that is passed straight does not renew the ray's length.
-            rest = path.ray.maxt - si.t
-            path.ray = dr.select(onward, si.spawn_ray(dr.select(scatters, outward, path.ray.d)), path.ray)
-            path.ray.maxt = dr.select(scatters, dr.largest(mi.Float), rest)
+            path.go_on(si, outward, onward, scatters, self.tables.counts_lengths)
             path.ray, stays = self.tables.out_of_strand(scene, (si, shape), path.ray, scatters)
             path.within += dr.select(stays, mi.UInt32(1), 0)
             portals.send_on(self.tables, (si, bsdf, bs), path, pick, hit & straight)
@@ -246,7 +243,7 @@ def scene_path_class(variant: str) -> Any:
             if chosen.center is not None:
                 si, carried = in_media.ask_along(self.flight, (si, path.ray), (to, chosen), sampler, wanted & floats)
                 self.carried = dr.select(floats, carried, path.throughput)
-            drawn = self.lights.draw(si, to, chosen, sampler, self.tables, wanted)
+            drawn = self.lights.draw(self.tables.at_bounce(si), to, chosen, sampler, self.tables, wanted)
             wanted &= drawn.pdf != 0.0
             self.asked = drawn.number
             wo = si.to_local(drawn.direction)
@@ -278,6 +275,7 @@ def scene_path_class(variant: str) -> Any:
                 share = dr.select(shadowless, 1.0, share)
             wanted &= dr.any(value * drawn.value != 0.0)
             ray = dr.select(floats, si.spawn_ray_to(drawn.point), ray)
+            ray.time = mi.Float(0.0)  # its length counts from here
             start = si, shape, (path.within > 0) | path.leaves
             # in Cycles scattered rays alone meet an even environment, and pass what they do not see
             kind = dr.select(drawn.number == self.lights.even_world, kind, int(Rays.SHADOW))

@@ -25,13 +25,21 @@ ROWS = 64
 """Rows of an image whose intermediate numbers are in memory at a time."""
 
 
+VIDEO_SPACES = ("Rec.2100-HLG", "Rec.2100-PQ")
+VIDEO_WHITE = np.float32(2.03)
+"""Colors of video in Cycles against those in Blender: their 1 stands for 100 and 203 cd/m²."""
+
+
 def scene_linear(colors: Array, space: str) -> Array:
-    """Colors (height, width, 3) of a color space, in Blender's scene-linear space."""
+    """Colors (height, width, 3) of a color space as Cycles has them, in Blender's scene-linear space."""
     levels = np.rint(np.clip(colors, 0, 1) * 255).astype(np.uint32)
     packed = (levels[..., 0] << 16) | (levels[..., 1] << 8) | levels[..., 2]
     found, place = np.unique(packed, return_inverse=True)
     rgb = np.stack([(found >> shift) & 255 for shift in (16, 8, 0)], axis=-1) / np.float32(255)
-    return permitted(lambda: _converted(rgb.astype(np.float32), space))[place.reshape(packed.shape)]
+    linear = permitted(lambda: _converted(rgb.astype(np.float32), space))
+    if space in VIDEO_SPACES:
+        linear *= VIDEO_WHITE
+    return linear[place.reshape(packed.shape)]
 
 
 def as_in_file(colors: Array, alpha: Array | None) -> Array:

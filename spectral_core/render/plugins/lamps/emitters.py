@@ -90,13 +90,13 @@ def register(mi: Any, dr: Any) -> None:
 
         def eval(self, si: Any, active: Any = True) -> Any:
             toward, center = si.to_world(si.wi), mi.Point3f(*self.center)
-            receiver = si.p + toward * si.t
+            distance = si.time + si.t  # from where the path has bounced, see ``ray_marks``
+            receiver = si.p + toward * distance
             # a receiver within the lamp hits its wall from behind; any other counts it at the front. A ray that went
             # through the front starts again a little below it
             below = 1e-3 * (1.0 + dr.max(dr.abs(center)))
             within = dr.norm(receiver - center) < self.radius - below
             shown = active & ((mi.Frame3f.cos_theta(si.wi) > 0.0) != within)
-            distance = si.t
             if self.faces_receiver:
                 distance = meet_disk((receiver, -toward), receiver, center, self.radius)
                 shown &= dr.isfinite(distance)
@@ -167,9 +167,10 @@ def register(mi: Any, dr: Any) -> None:
             return dr.select(cosine > 0.0, dr.maximum(0.0, 1.0 - tangent / self.tangent) * self.gain, 0.0)
 
         def eval(self, si: Any, active: Any = True) -> Any:
-            toward = si.to_world(si.wi)
-            amount = self.profile(mi.Vector3f(0.0, 0.0, 1.0), si.wi) * self.shaping(toward, si.t)
-            return self.radiance.eval(si, active) * amount * self.shaping.tint((si.p, si.n), toward, si.t, si, active)
+            toward, distance = si.to_world(si.wi), si.time + si.t
+            amount = self.profile(mi.Vector3f(0.0, 0.0, 1.0), si.wi) * self.shaping(toward, distance)
+            tint = self.shaping.tint((si.p, si.n), toward, distance, si, active)
+            return self.radiance.eval(si, active) * amount * tint
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
             own = self.get_shape() if self.surface is None else self.surface

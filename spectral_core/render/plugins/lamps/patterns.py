@@ -14,15 +14,15 @@ FIRST_BOUNCE = 1.0
 def lamp_place(point: Any, normal: Any, way: tuple[Any, Any], it: Any, bounces: Any = FIRST_BOUNCE) -> Any:
     """The point of a lamp that emits, as a surface interaction for programs.
 
-    ``way``: direction toward the receiver and the distance; ``it``: an interaction with the wavelengths and the time;
-    ``bounces``: what the Light Path node counts, as in the marks of a ray (``paints.ray_marks``).
+    ``way``: direction toward the receiver, where the path has bounced, and the distance; ``it``: an interaction with
+    the wavelengths; ``bounces``: what the Light Path node counts, as in the marks of a ray (``paints.ray_marks``).
     """
     import drjit as dr
     import mitsuba as mi
 
     toward, distance = way
     place = dr.zeros(mi.SurfaceInteraction3f)
-    place.p, place.n, place.t, place.time = mi.Point3f(point), mi.Normal3f(normal), mi.Float(distance), it.time
+    place.p, place.n, place.t = mi.Point3f(point), mi.Normal3f(normal), mi.Float(distance)
     place.sh_frame, place.wavelengths = mi.Frame3f(normal), it.wavelengths
     place.wi = place.to_local(toward)
     place.dn_dv = mi.Vector3f(0.0, bounces, 0.0)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.paints.programs import DrJit
+from spectral_core.render.plugins.paints.ray_marks import LENGTH
 from spectral_core.render.plugins.paints.tables import SceneTables
 from spectral_core.scene.shading import OPERATIONS, Instruction, Program, step
 
@@ -41,6 +42,7 @@ class TracedProgram:
 
     def __init__(self, tables: SceneTables, program: Program) -> None:
         self.tables, self.program = tables, program
+        tables.reads_lengths |= f"ray:{LENGTH}" in program.inputs
         self.offsets: list[int] = []
         count = 0
         for instruction in program.instructions:

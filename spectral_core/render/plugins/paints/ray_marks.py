@@ -4,6 +4,9 @@
 Nothing here reads the derivatives of normals, so ``dn_dv`` holds three marks: the type of ray; the counts of bounces,
 of diffuse and of glossy ones; surfaces passed straight and transmissions. A hit without marks comes from Mitsuba
 itself, or from sampling a light: every output for it is 0.
+
+As nothing moves while a ray is traced, the ``time`` of a ray and a hit holds a length: the way from the last bounce to
+the ray's origin. It is 0 in scenes without a program that reads ``LENGTH``.
 """
 
 from __future__ import annotations
@@ -24,6 +27,8 @@ diffuse ray, objects as a transmitted one.
 """
 SHARP_DENSITY = 1600.0
 """Density of the last bounce (1/sr) from which its lobe is that narrow: 16 pixels of an environment of 512 rows."""
+LENGTH = "Ray Length"
+"""Output that counts from the last bounce, past all surfaces that the ray has passed straight."""
 COUNT, PASSED = 255, 1023
 """Largest counts that the marks represent."""
 
@@ -75,8 +80,8 @@ COUNTS = {
 
 def read_mark(mi: Any, dr: Any, si: Any, name: str) -> Any:
     """Value of the Light Path node's output ``name`` at a hit."""
-    if name == "Ray Length":
-        return dr.select(dr.isfinite(si.t), si.t, 0.0)
+    if name == LENGTH:
+        return dr.select(dr.isfinite(si.t), si.time + si.t, 0.0)
     if name in KINDS:
         marks = mi.UInt32(si.dn_dv.x)
         found = (marks & int(KINDS[name])) != 0

@@ -50,6 +50,8 @@ class SceneTables:
     has_instances: bool = False
     has_bodies: bool = False
     """True if lamps have bodies in the scene, which the rays of programs must pass."""
+    reads_lengths: bool = False
+    """True if a program reads the length of the ray from the last bounce."""
     attributes: dict[str, int] = field(default_factory=dict)
     """Column of each named attribute; all are known before the first program is traced."""
     first_target: Any = None

@@ -22,7 +22,7 @@ def dive(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
     entry = entry_of(mi, dr, bs)
     # after a diffuse bounce a disk would not be seen: Cycles shows the surface as diffuse
     radius = dr.select(entry.is_disk & was_diffuse, 0.0, per_wavelength(mi, dr, bs.wo, si.wavelengths))
-    known = (si, own, entry, radius, color, mi.Spectrum(bs.pdf))
+    known = (tables.at_bounce(si), own, entry, radius, color, mi.Spectrum(bs.pdf))
     ray, factor, left, sampler = walk(mi, dr, scene, tables, (*known, active & ~entry.is_disk), sampler)
     if tables.disks:
         other, moved, found, sampler = across(mi, dr, scene, tables, (*known, active & entry.is_disk), sampler)
