@@ -148,7 +148,7 @@ class Started:
 
     calls: list[tuple[Any, ...]] = []
 
-    def __init__(self, command: list[str], folder: Path, total: int, _: object) -> None:
+    def __init__(self, command: list[str], folder: Path, total: int, *_: object) -> None:
         self.calls.append((command, total))
         self.process = SimpleNamespace(poll=lambda: 0)
 
