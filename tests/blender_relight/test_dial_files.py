@@ -118,6 +118,29 @@ def test_recordings_of_two_scenes_are_two_files(stage, dial):
     np.testing.assert_array_equal(shown(stage), before)
 
 
+def test_two_scenes_that_are_recorded_at_once_have_two_files(stage, monkeypatch):
+    """Two windows show them: the second recording was written over the first, of which only its bulbs were left."""
+    from blender_addon.editing.dial.recording import Recording
+
+    run = Recording.run
+
+    def run_both(self):
+        monkeypatch.setattr(Recording, "run", run)
+        bpy.ops.scene.new(type="FULL_COPY")
+        next(each for each in bpy.context.scene.objects if each.type == "LIGHT").location.x += 1
+        assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+        bpy.context.window.scene = stage
+        return run(self)
+
+    monkeypatch.setattr(Recording, "run", run_both)
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    assert len({transport_path(scene.spectral.dial) for scene in bpy.data.scenes}) == 2
+    pictures = [shown(scene) for scene in bpy.data.scenes]
+    kept_mix._sessions.clear()
+    for scene, before in zip(bpy.data.scenes, pictures, strict=True):
+        np.testing.assert_array_equal(shown(scene), before)
+
+
 def test_a_light_that_is_deleted_while_it_is_recorded_does_not_lose_the_recording(stage, monkeypatch):
     from blender_addon.editing.dial.recording import Recording
 
