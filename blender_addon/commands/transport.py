@@ -46,6 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core.render.relight.transport_file import write_transport
 
     from ..translate.view_transform import view_transform_of
+    from ..translate.viewport.look import require_light
 
     out = arguments.out or Path(_blend.scene_file(arguments).with_suffix(".transport.exr").name)
     if out.suffix.lower() != ".exr":
@@ -55,6 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
         opened = _blend.open_scene(arguments)
         scene = translated_scene(arguments)
         view = view_transform_of(opened)
+        require_light(scene, opened.spectral.viewport.look)
     storage = storage_named(arguments.storage)
     grouped = one_group_per_light(scene) if arguments.one_per_light else scene
     names = light_groups(grouped)

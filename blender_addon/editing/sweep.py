@@ -20,11 +20,12 @@ from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.store import Store
 
 from .background import SAVED_MEANWHILE, settle, told_if_temporary
+from .board.paths import block_at
 from .deferred import RENDER_SECONDS, open_scene, redraw
 from .sweep_documents import Documents, command_line, folder_of, require_own_table, write_documents
 from .sweep_points import set_point
 from .sweep_run import Run
-from .sweep_settings import column_name, setting_at
+from .sweep_settings import column_name, follow_names, setting_at
 
 POLL_S = 0.5
 ASIDE = re.compile(r"\d+ set aside: ")
@@ -77,11 +78,13 @@ def add(scene: Scene, path: str) -> PropertyGroup:
     """
     setting = setting_at(path)
     sweep = scene.spectral.sweep
+    follow_names(sweep)
     if path in sweep.parameters:
         raise InvalidInputError(f"{path} is swept already")
     taken = [each.label for each in sweep.parameters]
     entry = sweep.parameters.add()
     entry.name, entry.label = path, column_name(setting, taken)
+    entry.block = block_at(path)[0]
     entry.choices, entry.whole, entry.is_angle = ", ".join(setting.choices), setting.is_whole, setting.is_angle
     if not setting.choices:
         entry.low, entry.high = setting.place.range()
@@ -256,6 +259,8 @@ def _after_load(*_: object) -> None:
     global _served_uid
     _served_uid = 0
     settle((scene.spectral.sweep for scene in bpy.data.scenes), SAVED_MEANWHILE.format(button="Run Sweep"))
+    for each in bpy.data.scenes:
+        follow_names(each.spectral.sweep)  # files of earlier versions keep no data-blocks, which a full copy needs
     if _run is not None:
         _forget()
         for scene in bpy.data.scenes:

@@ -21,7 +21,7 @@ from spectral_core.explore.sweep.sweep import meanings
 from spectral_core.files.whole import make_folder
 
 from .background import temporary
-from .sweep_settings import setting_at
+from .sweep_settings import follow_names, setting_at, swept_setting
 
 
 def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
@@ -30,7 +30,7 @@ def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
         raise InvalidInputError("nothing is swept; right-click a setting and choose Add to Sweep")
     made = []
     for entry in sweep.parameters:
-        setting = setting_at(entry.name)
+        setting = swept_setting(entry)
         if setting.choices:
             choices = tuple(word.strip() for word in entry.choices.split(",") if word.strip())
             for choice in choices:
@@ -53,6 +53,7 @@ def folder_of(sweep: PropertyGroup) -> Path:
 
 def require_own_table(scene: Scene, folder: Path, space: Space) -> None:
     """Raise InvalidInputError if a table is of another setting than the one that the scene sweeps by that name."""
+    follow_names(scene.spectral.sweep)
     swept = {entry.label: entry.name for entry in scene.spectral.sweep.parameters}
     for parameter in space.parameters:
         own = swept.get(parameter.name, parameter.target)

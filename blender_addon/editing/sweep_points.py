@@ -14,23 +14,23 @@ from spectral_core.explore.sweep.ledger import Row
 
 from .. import compat
 from .board.paths import Number
-from .sweep_settings import follow_palette, setting_at
+from .sweep_settings import follow_palette, swept_setting
 
 
 def set_point(scene: Scene, values: Mapping[str, Any]) -> list[str]:
     """Set the swept settings of the file to a point's values; returns a text for each that takes another value."""
-    by_label = {entry.label: entry.name for entry in scene.spectral.sweep.parameters}
-    missing = [name for name in values if name not in by_label]
+    swept = {entry.label: entry for entry in scene.spectral.sweep.parameters}
+    missing = [name for name in values if name not in swept]
     if missing:
         raise InvalidInputError(f"the scene does not sweep {missing[0]!r} any more; add it again to apply this point")
-    settings = [(setting_at(by_label[name]), value) for name, value in values.items()]
+    settings = [(swept_setting(swept[name]), value) for name, value in values.items()]
     for setting, value in settings:
         setting.checked(value)
     for setting, value in settings:
         setting.write(value)
     layer = bpy.context.view_layer if bpy.context.scene == scene else scene.view_layers[0]
     with bpy.context.temp_override(scene=scene, view_layer=layer):
-        follow_palette(by_label[name] for name in values)
+        follow_palette(setting.path for setting, _ in settings)
     layer.update()
     refused = []
     for setting, value in settings:
@@ -62,7 +62,7 @@ def keyframe_path(scene: Scene, chosen: list[Row], step: int) -> int:
     Raises InvalidInputError, before any keyframe is inserted, if one of the settings cannot be animated.
     """
     frame = scene.frame_current
-    settings = {entry.label: setting_at(entry.name) for entry in scene.spectral.sweep.parameters}
+    settings = {entry.label: swept_setting(entry) for entry in scene.spectral.sweep.parameters}
     missing = [name for row in chosen for name in row.parameters if name not in settings]
     if missing:
         raise InvalidInputError(f"the scene does not sweep {missing[0]!r} any more; add it again to keyframe it")

@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
+from bpy.types import PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.parameters import is_column_name
 
-from .board.paths import Number, block_at, place_in
+from .board.paths import Number, block_at, place_in, renamed
 
 SWITCH = ("off", "on")
 """The values of a switch; a document may also use 0 and 1."""
@@ -152,6 +154,42 @@ def setting_at(path: str) -> Setting:
         f"{path!r} cannot be varied by a sweep; expected a number, one component of a vector or color, a switch, "
         "or a choice from a list"
     )
+
+
+def follow_names(sweep: PropertyGroup) -> None:
+    """Update the path of every swept setting to its data-block, which may be renamed."""
+    for entry in sweep.parameters:
+        _follow_name(entry)
+
+
+def _follow_name(entry: PropertyGroup) -> None:
+    found = None
+    with contextlib.suppress(InvalidInputError):  # deleted or renamed
+        found = block_at(entry.name)[0]
+    if entry.block is None:
+        entry.block = found
+    elif found != entry.block:
+        entry.name = renamed(entry.name, entry.block)
+
+
+def swept_setting(entry: PropertyGroup) -> Setting:
+    """The setting of a parameter of a scene's sweep.
+
+    Raises InvalidInputError if it was deleted, or is of another scene, which a render of this one does not read.
+    """
+    _follow_name(entry)
+    setting, block, scene = setting_at(entry.name), entry.block, entry.id_data
+    if isinstance(block, bpy.types.Object) and not block.users_collection:  # only the sweep still holds it
+        raise InvalidInputError(
+            f"the parameter {entry.label!r} is {entry.name}, and that object was deleted from every collection; "
+            "remove the parameter from the sweep"
+        )
+    if isinstance(block, bpy.types.Scene) and block != scene and not setting.place.is_custom:
+        raise InvalidInputError(
+            f"the parameter {entry.label!r} is {entry.name}, a setting of another scene than {scene.name!r}; remove "
+            "the parameter from the sweep, and add this scene's own setting"
+        )
+    return setting
 
 
 def is_of_palette(path: str) -> bool:

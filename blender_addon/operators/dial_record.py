@@ -165,7 +165,7 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
 
     def begin(self, context: Context) -> Callable[[], _Recorded]:
         recording = self.read(context, only_changed=self.only_changed)
-        recording.path = path_for_recording(context.scene)
+        recording.path = path_for_recording(context.scene, _under_way)
         return lambda: _record(recording)
 
     def end(self, scene: Scene, answer: _Recorded) -> None:

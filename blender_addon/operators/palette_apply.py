@@ -113,12 +113,13 @@ class SPECTRAL_OT_palette_mend(bpy.types.Operator):
     bl_options = UNDOABLE
 
     @reporting
-    def execute(self, context: Context) -> None:
+    def execute(self, context: Context) -> set[str]:
         done, left = bindings.mend(palette_in(context))
         if done or not left:
             self.report({"INFO"}, "; ".join(done) or "nothing to mend: every name in the table is current")
         for text in left:
             self.report({"WARNING"}, text)
+        return {"FINISHED"} if done else {"CANCELLED"}  # an undo step of no change would undo nothing
 
 
 register, unregister = bpy.utils.register_classes_factory((SPECTRAL_OT_palette_apply, SPECTRAL_OT_palette_mend))

@@ -2,7 +2,15 @@
 """``scene.spectral.sweep``: swept settings of the file, their ranges, and the number of points."""
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
 
 from ..compat import path_options
 
@@ -10,6 +18,10 @@ from ..compat import path_options
 class SpectralSweepParameter(bpy.types.PropertyGroup):
     """A swept setting; ``name`` is its full data path. A switch or a list has ``choices``, a number a range."""
 
+    block: PointerProperty(
+        type=bpy.types.ID,
+        description="Data-block of the setting, which may be renamed; a full copy of the scene has its own",
+    )
     label: StringProperty(name="Name", description="Column of the table: letters, digits and underscores")
     low: FloatProperty(name="From", default=0.0, description="Lower end of the range")
     high: FloatProperty(name="To", default=1.0, description="Upper end of the range")

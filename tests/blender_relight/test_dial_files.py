@@ -106,18 +106,6 @@ def test_a_recording_that_cannot_be_copied_is_named(stage, dial, tmp_path, monke
     assert not transport_path(dial).exists()
 
 
-def test_recordings_of_two_scenes_are_two_files(stage, dial):
-    first, before = transport_path(dial), shown(stage)
-    bpy.ops.scene.new(type="FULL_COPY")
-    other = bpy.context.scene
-    assert other != stage
-    other.spectral.dial.scene_hash = ""
-    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
-    assert transport_path(other.spectral.dial) != first and transport_path(other.spectral.dial).is_file()
-    kept_mix._sessions.clear()
-    np.testing.assert_array_equal(shown(stage), before)
-
-
 def test_a_light_that_is_deleted_while_it_is_recorded_does_not_lose_the_recording(stage, monkeypatch):
     from blender_addon.editing.dial.recording import Recording
 
@@ -197,19 +185,6 @@ def test_a_saved_copy_leaves_the_open_file_its_recording(stage, dial, tmp_path):
     with pytest.raises(RuntimeError, match=r"Cannot|cannot"):
         bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "blocked.blend"))
     assert transport_path(dial) == first
-
-
-def test_a_chosen_file_with_the_recording_of_another_scene_is_not_overwritten(stage, dial, tmp_path):
-    assert bpy.ops.spectral.dial_keep(filepath=str(tmp_path / "kept.exr")) == {"FINISHED"}
-    before = shown(stage)
-    bpy.ops.scene.new(type="FULL_COPY")
-    next(each for each in bpy.context.scene.objects if each.type == "LIGHT").location.x += 1
-    with pytest.raises(RuntimeError, match="kept.exr has the recording of the scene 'Scene'; choose another File"):
-        bpy.ops.spectral.dial_record()
-    kept_mix._sessions.clear()
-    np.testing.assert_array_equal(shown(stage), before)
-    bpy.context.scene.spectral.dial.filepath = ""
-    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
 
 
 def test_an_undo_of_a_recording_does_not_show_it_with_the_powers_of_the_one_before(stage, dial):

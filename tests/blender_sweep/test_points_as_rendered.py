@@ -81,5 +81,6 @@ def test_a_point_is_the_picture_of_f12(moving: Path, name: str) -> None:
 def test_a_point_without_a_camera_fails_with_blenders_reason(moving: Path) -> None:
     bpy.context.scene.camera = None
     bpy.ops.wm.save_as_mainfile(filepath=str(moving / "scene.blend"))
+    frame = Parameter("frame", 1, 9, kind="integer", path=SETTINGS["frame"][0])
     with pytest.raises(RenderError, match="camera"):
-        blend_node({"blend": "scene.blend"}, Space((Parameter("frame", 1, 9, path=SETTINGS["frame"][0]),)), moving)
+        blend_node({"blend": "scene.blend"}, Space((frame,)), moving)

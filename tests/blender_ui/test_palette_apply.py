@@ -168,6 +168,12 @@ def test_a_row_follows_the_new_name_of_its_material(blender, scene):
     assert palette.materials[0].material_name == "Seal"
 
 
+def test_a_table_with_nothing_to_mend_makes_no_undo_step(blender, scene, capfd):
+    """The step was named Mend Table and changed nothing, so that the next Ctrl+Z seemed to do nothing."""
+    assert blender.ops.spectral.palette_mend() == {"CANCELLED"}
+    assert "nothing to mend: every name in the table is current" in "".join(capfd.readouterr())
+
+
 @pytest.mark.parametrize(
     "operator",
     ["spectra_export", "swatches_export", "palette_export", "palette_import", "board_motion", "dial_save"],

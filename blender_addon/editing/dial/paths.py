@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import shutil
 import threading
+from collections.abc import Collection
 from functools import partial
 from pathlib import Path
 
@@ -42,15 +43,20 @@ def _is_beside(dial: PropertyGroup) -> bool:
     return not dial.filepath or dial.filepath.startswith("//")
 
 
-def path_for_recording(scene: Scene) -> Path:
+def path_for_recording(scene: Scene, under_way: Collection[int] = ()) -> Path:
     """File for a new recording of a scene; a file of its own where another scene of the .blend has a recording.
+
+    ``under_way``: session numbers of the scenes that are recorded at present, which will have one.
 
     Raises InvalidInputError if the chosen file does not end in .exr, or has the recording of another scene.
     """
     dial = scene.spectral.dial
     require_ending(transport_path(dial))
-    recorded = [each for each in bpy.data.scenes if each != scene and each.spectral.dial.scene_hash]
-    taken = {transport_path(each.spectral.dial): each.name for each in recorded}
+    taken = {
+        transport_path(each.spectral.dial): each.name
+        for each in bpy.data.scenes
+        if each != scene and (each.spectral.dial.scene_hash or each.session_uid in under_way)
+    }
     if dial.filepath and transport_path(dial) in taken:
         raise InvalidInputError(
             f"{transport_path(dial)} has the recording of the scene {taken[transport_path(dial)]!r}; choose another "

@@ -17,6 +17,7 @@ from spectral_core.errors import SpectralError
 from ... import jobs
 from ...translate.dial import storage_of
 from ...translate.view_transform import view_transform_of
+from ...translate.viewport.look import require_light
 from . import changes, kept_mix
 from .as_rendered import translated_layers
 from .members import Member, members_of
@@ -68,8 +69,9 @@ class Recording:
     ) -> Recording:
         """Find the lights and emissive objects of a scene as rendered, and the state of the viewport's.
 
-        ``parts``: that state, if it was read already.
+        ``parts``: that state, if it was read already. Raises InvalidInputError if the look shows only dark lights.
         """
+        require_light(scene, context.scene.spectral.viewport.look)
         dial = context.scene.spectral.dial
         names = {each.name for each in (*scene.lights, *scene.instances)}
         shown = [each for each in bpy.data.objects if each.name_full in names]

@@ -77,6 +77,18 @@ def _lamps_of(column: Any, scene: Any) -> tuple[frozenset[str], frozenset[str]]:
     return frozenset(names[0]), frozenset(names[1])
 
 
+def require_light(scene: Scene, settings: Any) -> None:
+    """Raise InvalidInputError if nothing shines in a translated scene because of the look in ``settings``."""
+    from spectral_core.render.light_groups import light_groups
+
+    shown = {"GROUP": f"the light group {settings.group!r}", "COLUMN": f"the palette's light {settings.column!r}"}
+    if settings.kind in shown and not light_groups(scene):
+        raise InvalidInputError(
+            f"the panel Look Under shows {shown[settings.kind]} alone, which gives no light, so there is nothing to "
+            "record; choose As It Is there, or make that light shine"
+        )
+
+
 def preview_scene(scene: Scene, managers: Any) -> Scene:
     """A preview's scene with few samples, under the lamp for previews.
 
