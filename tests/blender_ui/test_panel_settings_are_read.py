@@ -161,7 +161,8 @@ def test_every_setting_of_a_sweep_has_an_effect(blender, sweep, tmp_path):
     names = set(settings_of(sweep, bpy.types.PropertyGroup)) - set(OUTSIDE_THE_SWEEP) - {"parameters"}
     assert walked(sweep, names, written, {"folder": str(tmp_path / "other.cdb"), "design": "sobol"}) == {}
     number, switch = sweep.parameters
-    of_numbers = set(settings_of(number, bpy.types.PropertyGroup)) - {"choices", "is_angle"}
+    # blender_sweep/test_copied_scenes.py tests data-blocks
+    of_numbers = set(settings_of(number, bpy.types.PropertyGroup)) - {"choices", "is_angle", "block"}
     others = {"name": 'bpy.data.scenes["Scene"].render.pixel_aspect_y', "label": "other", "scale": "log", "low": 0.75,
               "high": 1.75}  # fmt: skip
     number.low, number.high = 0.5, 1.5

@@ -119,7 +119,7 @@ def test_clusters_of_equal_rows() -> None:
     """Fewer different rows than clusters ended the program with an error of SciPy."""
     rows = np.repeat([[0.0, 1.0], [1.0, 0.0]], 4, axis=0)
     assert sorted(np.bincount(cluster(rows, 2))) == [4, 4]
-    with pytest.raises(InvalidInputError, match="2 different sets of features; expected 1 to 2"):
+    with pytest.raises(InvalidInputError, match="expected 1 to 2, since the 8 rows have 2 different sets of features"):
         cluster(rows, 3)
 
 

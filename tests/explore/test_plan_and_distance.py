@@ -137,10 +137,10 @@ def test_a_printed_region_is_pasted_into_the_sweep_file(
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--port", "99999999"], "the port is 99999999; expected"),
-        (["--port", "-1"], "the port is -1; expected"),
+        (["--port", "99999999"], "--port is 99999999; expected"),
+        (["--port", "-1"], "--port is -1; expected"),
         (["--port", "TAKEN"], "cannot be used: Address already in use; choose another port"),
-        (["--workers", "0"], "the number of workers is 0; expected"),
+        (["--workers", "0"], "--workers is 0; expected"),
     ],
 )
 def test_a_page_that_cannot_be_served_says_why(
