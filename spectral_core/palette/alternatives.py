@@ -71,7 +71,8 @@ def alternatives(
     problem : the palette.
     count : answers, 2 to 12.
     locked : reflectances by number that are kept as they are in all answers.
-    solution : of ``problem`` with its locked rows, if it is known; None: it is solved here.
+    solution : of ``problem`` with its locked rows, if it is known, which saves a solve; one of a palette that is solved
+        in a unit of its own is not used.
     seed : of the random directions.
 
     Raises
