@@ -194,7 +194,7 @@ def exact_error(requests: Requests, actual: Array) -> tuple[float, list[CellInde
         held = [cell for cell, exact in zip(group.members, group.exact, strict=True) if exact]
         for cell in held:
             inside = np.clip(actual[held[0]], group.box[0], group.box[1])
-            error = float(np.abs(actual[cell] - inside).max())
+            error = max(float(np.abs(actual[cell] - inside).max()), group.gap / 2)  # of its own box, or another's
             worst = max(worst, error)
             if error > EXACT_LIMIT:
                 missed.append(cell)

@@ -8,7 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette import (
+    Cell,
+    PaletteLight,
+    PaletteProblem,
+    PaletteReflectance,
+    PaletteSession,
+    solve_palette,
+)
 from spectral_core.palette.alternatives import alternatives
 from spectral_core.palette.brightness_unit import brightness_unit
 from spectral_core.palette.presets import design_grid
@@ -114,3 +121,34 @@ def test_only_palettes_far_from_one_in_all_numbers_have_a_unit(light: float, col
     lights = (PaletteLight(DAYLIGHT.scaled(light)),)
     given = PaletteProblem(design_grid(), lights, (PaletteReflectance("paint"),), ((Cell.fixed([color] * 3),),))
     assert brightness_unit(given) == unit
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("kind", ["given", "primaries"])
+def test_a_live_session_counts_in_the_unit_and_returns_given_colors(kind: str, size: float) -> None:
+    color, (plain, other) = np.array([0.02, 0.9, 0.1]), (PaletteSession(palette(kind, each)) for each in (1.0, size))
+    expected, live = plain.edit((1, 1), Cell.fixed(color)), other.edit((1, 1), Cell.fixed(size * color))
+    found = other.solution()
+    assert found.status is plain.solution().status
+    assert any(f"relative to a white of {size:g}" in note for note in found.notes)
+    for one in (live, found):
+        assert one.problem is other.problem
+        np.testing.assert_allclose(one.actual_linear_rgb / size, expected.actual_linear_rgb, atol=5e-3)
+        np.testing.assert_allclose(one.delta_e_2000, expected.delta_e_2000, atol=0.5)
+    np.testing.assert_allclose(live.state.colors(), live.actual_linear_rgb, rtol=1e-9, atol=1e-12 * size)
+    np.testing.assert_allclose(other.problem.cells[1][1].target, size * color, rtol=1e-15)
+    np.testing.assert_allclose(live.target_linear_rgb[1, 1], size * color, rtol=1e-9)
+    if kind == "given":  # one side alone has one optimum
+        fresh = solve_palette(other.problem, explain=False)
+        np.testing.assert_allclose(found.delta_e_2000, fresh.delta_e_2000, atol=1e-3)
+
+
+def test_an_edit_of_a_live_session_may_change_its_unit() -> None:
+    bright = palette("given", 1e4)
+    session = PaletteSession(bright)
+    plain = {(i, j): Cell.fixed((0.1, 0.2, 0.3)) for i in range(3) for j in range(2)}
+    assert session.edit_cells(plain).unit == 1
+    assert session.edit((0, 0), Cell.fixed((5e3, 4e3, 3e3))).unit == 1e4
+    lights = palette("given", 1.0).lights
+    live = session.change(lights=lights, cells=palette("given", 1.0).cells)
+    assert live.unit == 1 and session.solution().status is solve_palette(palette("given", 1.0)).status

@@ -12,6 +12,7 @@ from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNa
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, presets, solve_palette
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.cell import CellMode
+from spectral_core.palette.conflicts import conflicting_cells
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.presets import PRESETS, design_grid, split_light
 from spectral_core.spectra.catalogue import illuminant
@@ -69,11 +70,23 @@ def test_an_error_names_an_unknown_observer():
         problem((Cell.fixed(GREY),), observers=("cie_1932",))
 
 
-def test_boxes_without_a_common_color_are_refused():
-    low, high = ((0.0,) * 3, (0.1,) * 3), ((0.5,) * 3, (0.9,) * 3)
-    apart = problem((Cell.free(low),), (Cell.same_as((0, 0), box=high),))
-    with pytest.raises(InvalidInputError, match="no color in common"):
-        compiled_requests(apart)
+@pytest.mark.parametrize("exact", [False, True])
+def test_boxes_without_a_common_color_are_a_conflict_that_names_their_cells(exact: bool) -> None:
+    low, high = ((0.1,) * 3, (0.2,) * 3), ((0.5,) * 3, (0.7,) * 3)
+    apart = problem(
+        (Cell.same_as((2, 0), box=low, exact=exact),),
+        (Cell.fixed(GREY),),
+        (Cell.same_as((0, 0), box=high, exact=exact),),
+    )
+    solution = solve_palette(apart)
+    assert solution.status == ("exact_conflict" if exact else "compromise")
+    np.testing.assert_allclose(solution.actual_linear_rgb[[0, 2], 0], 0.35, atol=0.01)  # the middle of the gap
+    assert solution.delta_e_2000[0, 0] > 5 and solution.delta_e_2000[2, 0] > 5
+    names = [f"“{apart.reflectances[row].name}” under “{apart.lights[0].name}”" for row in (0, 2)]
+    assert any(f"boxes of {names[0]}, {names[1]} have no color in common" in note for note in solution.notes)
+    assert conflicting_cells(solution) == (((0, 0), (2, 0)) if exact else ())
+    widened = apart.with_cell((0, 0), Cell.same_as((2, 0), exact=exact))
+    assert solve_palette(widened).status == "solved"
 
 
 def test_weights_are_limited_to_ten_thousand_with_a_message():
@@ -139,12 +152,3 @@ def test_a_distinct_cell_of_weight_0_has_no_request() -> None:
         if cell.mode is CellMode.DISTINCT
     }
     assert not wants_distinct(problem.with_cells(none))
-
-
-def test_messages_of_cells_have_the_names_of_their_material_and_light() -> None:
-    problem = presets.metamer_pair()
-    low, high = ((0, 0, 0), (0.1, 0.1, 0.1)), ((0.5, 0.5, 0.5), (0.6, 0.6, 0.6))
-    names = [f"“{item.name}” under “{problem.lights[0].name}”" for item in problem.reflectances]
-    apart = problem.with_cells({(0, 0): Cell.free(low), (1, 0): Cell.same_as((0, 0), box=high)})
-    with pytest.raises(InvalidInputError, match=f"boxes of {names[0]}, {names[1]} have no color in common"):
-        solve_palette(apart)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.criteria import capped_weights
 from spectral_core.palette.given import cell_name
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
@@ -36,13 +35,15 @@ class Target:
 class Group:
     """Cells that share one free color. ``weights`` and ``exact`` per member; ``box``: (2, 3).
 
-    A cell may be in one group of exact cells and in one of soft ones.
+    A cell may be in one group of exact cells and in one of soft ones. ``gap``: the largest distance, in linear RGB,
+    between boxes that have no color in common; then ``box`` is the middle between them.
     """
 
     members: tuple[CellIndex, ...]
     weights: tuple[float, ...]
     exact: tuple[bool, ...]
     box: Array
+    gap: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +71,7 @@ class Requests:
 
 
 def compiled_requests(problem: PaletteProblem) -> Requests:
-    """Read the cells. Raises InvalidInputError if the color boxes of a group have no color in common."""
+    """Read the cells."""
     index = [(i, j) for i in range(len(problem.reflectances)) for j in range(len(problem.lights))]
     weights = {at: problem.cells[at[0]][at[1]].weight for at in index if _weighs(problem.cells[at[0]][at[1]])}
     asked = np.array([*weights.values()])
@@ -97,10 +98,12 @@ def compiled_requests(problem: PaletteProblem) -> Requests:
             notes.append(f"{name} should be distinct, but its reflectance is given, so nothing was done for it")
     targets = [_target(at, problem.cells[at[0]][at[1]], weights) for at in index]
     blacks = tuple(t for t in targets if t is not None and problem.cells[t.cell[0]][t.cell[1]].mode is CellMode.BLACK)
+    groups = _groups(problem, weights)
+    notes += [_gap_note(problem, group) for group in groups if group.gap > 0]
     return Requests(
         tuple(t for t in targets if t is not None),
         blacks,
-        _groups(problem, weights),
+        groups,
         _conditions(problem),
         smoothness,
         scale,
@@ -175,25 +178,32 @@ def _group(problem: PaletteProblem, asking: Sequence[CellIndex], weights: dict[C
             weight[member] = max(weight.get(member, 0.0), weights[at])
             exact[member] = exact.get(member, False) or cell.exact
     members = tuple(sorted(weight))
+    box, gap = _box(problem, asking)
     return Group(
         members,
         tuple(weight[at] for at in members),
         tuple(exact[at] for at in members),
-        _box(problem, members, asking),
+        box,
+        gap,
     )
 
 
-def _box(problem: PaletteProblem, members: Sequence[CellIndex], asking: Sequence[CellIndex]) -> Array:
-    """The colors that all asking cells allow."""
+def _box(problem: PaletteProblem, asking: Sequence[CellIndex]) -> tuple[Array, float]:
+    """The colors that all asking cells allow, and the gap between boxes that have none in common."""
     low, high = np.full(3, -np.inf), np.full(3, np.inf)
     for i, j in asking:
         box = problem.cells[i][j].box
         if box is not None:
             low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
-    if np.any(low > high):
-        names = ", ".join(cell_name(problem, cell) for cell in members)
-        raise InvalidInputError(f"the color boxes of {names} have no color in common; widen or remove one")
-    return np.stack([low, high])
+    apart = low > high
+    gap = float(np.max(low - high, where=apart, initial=0.0))
+    low[apart] = high[apart] = (low[apart] + high[apart]) / 2
+    return np.stack([low, high]), gap
+
+
+def _gap_note(problem: PaletteProblem, group: Group) -> str:
+    names = ", ".join(cell_name(problem, cell) for cell in group.members)
+    return f"the color boxes of {names} have no color in common; the middle between them counts. Widen or remove one"
 
 
 def _conditions(problem: PaletteProblem) -> tuple[Condition, ...]:

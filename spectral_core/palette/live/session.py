@@ -13,11 +13,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.blas_threads import on_one_thread
-from spectral_core.checks import require_whole
+from spectral_core.checks import require_kind, require_whole
 from spectral_core.palette.assemble.requests import WEIGHT_RATIO, Target, compiled_requests
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
 from spectral_core.palette.assemble.view import Side
+from spectral_core.palette.brightness_unit import (
+    brightness_unit,
+    cell_in_unit,
+    depends_on_colors,
+    from_unit,
+    in_unit,
+    multiplied,
+    state_from_unit,
+)
 from spectral_core.palette.cell_errors import CellErrors
 from spectral_core.palette.design.decided import Decision, decided
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
@@ -48,11 +57,18 @@ class LivePalette:
     """True if every solve of this edit passed its check."""
     engines: tuple[str, ...]
     seconds: float
+    unit: float = 1.0
+    """Brightness in which ΔE is counted (``brightness_unit``)."""
 
     @cached_property
     def errors(self) -> CellErrors:
         """Errors of all cells."""
-        return state_errors(self.problem, compiled_requests(self.problem), self.state)
+        problem, state = self.problem, self.state
+        if self.unit != 1:
+            problem = in_unit(problem, self.unit)
+            state = state_from_unit(state, problem, 1 / self.unit)
+        errors = state_errors(problem, compiled_requests(problem), state)
+        return replace(errors, target_linear_rgb=self.unit * errors.target_linear_rgb)
 
     @property
     def target_linear_rgb(self) -> Array:
@@ -77,24 +93,26 @@ class PaletteSession:
     @on_one_thread
     def __init__(self, problem: PaletteProblem, *, rounds_per_edit: int = 1) -> None:
         self.rounds_per_edit = require_whole("rounds_per_edit", rounds_per_edit, 0, 100_000)
-        self._solution = solve_palette(problem, explain=False, seconds=FIRST_SECONDS)
+        require_kind("the palette", problem, PaletteProblem)
+        self._given, self._problem, self._unit = problem, problem, brightness_unit(problem)
+        """The problem as it is given, as it is solved, and the brightness in which it is solved."""
+        self._solution = solve_palette(in_unit(problem, self._unit), explain=False, seconds=FIRST_SECONDS)
         self._state: PaletteState = self._solution.state
         self._answered: tuple[Side, Assembled, Answer] | None = None
         """The side of a palette with one side, and the answer that ``state`` holds."""
         self._decision: Decision | None = None
-        self._problem = problem
         self._adopt(problem)
         self._resolve(1, perf_counter())
 
     @property
     def problem(self) -> PaletteProblem:
         """The problem as edited so far."""
-        return self._problem
+        return self._given
 
     @property
     def state(self) -> PaletteState:
         """The present spectra."""
-        return self._state
+        return self._state if self._unit == 1 else state_from_unit(self._state, self._given, self._unit)
 
     def edit(self, index: CellIndex, cell: Cell) -> LivePalette:
         """Replace one cell and solve again."""
@@ -104,12 +122,18 @@ class PaletteSession:
     def edit_cells(self, cells: Mapping[CellIndex, Cell]) -> LivePalette:
         """Replace several cells and solve again. Raises the same InvalidInputError as PaletteProblem."""
         started = perf_counter()
+        given = self._given.with_cells(cells)
+        if self._unit_depends_on_colors:
+            if brightness_unit(given) != self._unit:
+                self._adopt(given)
+                return self._resolve(self.rounds_per_edit, started)
+            cells = {index: cell_in_unit(cell, self._unit) for index, cell in cells.items()}
         before, problem = self._problem, self._problem.with_cells(cells)
         changed = None
         if len(cells) == 1:
             ((index, cell),) = cells.items()
             changed = self._quick(before, problem, index, cell)
-        self._problem = problem
+        self._given, self._problem = given, problem
         if changed is None:
             self._take(problem)
         return self._resolve(self.rounds_per_edit, started, changed)
@@ -118,7 +142,7 @@ class PaletteSession:
     def change(self, **settings: Any) -> LivePalette:
         """Replace settings of the problem (``smoothness``, ``match``, ``lights``, …) and solve again."""
         started = perf_counter()
-        self._adopt(replace(self._problem, **settings))
+        self._adopt(replace(self._given, **settings))
         return self._resolve(self.rounds_per_edit, started)
 
     @on_one_thread
@@ -136,14 +160,19 @@ class PaletteSession:
             self._rounds.trace.settle(*self._answered)
         else:
             self._rounds.check(self._state, perceptual=self._problem.match == "perceptual")
-        return reported(self._rounds.assembler, self._state, self._rounds.trace)
+        found = reported(self._rounds.assembler, self._state, self._rounds.trace)
+        return found if self._unit == 1 else from_unit(found, self._given, self._unit)
 
     # -- effects of an edit --------------------------------------------------------------------------------------------
 
     def _adopt(self, problem: PaletteProblem) -> None:
         """Replace the problem by one with another grid, lights or settings; unknowns of unchanged shape are kept."""
-        self._state = initial_state(problem, self._state)
-        self._problem = problem
+        unit = brightness_unit(problem)
+        before = self._state if unit == self._unit else multiplied(self._state, self._unit / unit)
+        self._unit_depends_on_colors = depends_on_colors(problem)
+        self._given, self._unit = problem, unit
+        self._problem = problem = in_unit(problem, unit)
+        self._state = initial_state(problem, before)
         self._requests = compiled_requests(problem)
         """Those of the last assembly: groups, conditions and scales, which ``_quick`` leaves as they are."""
         self._rounds = Rounds(Assembler(problem, self._requests), SolveTrace(), live=True)
@@ -216,13 +245,14 @@ class PaletteSession:
         seconds = perf_counter() - started
         trace.timings = {"total": seconds}
         return LivePalette(
-            self._problem,
-            self._state,
-            actual,
+            self._given,
+            self.state,
+            self._unit * actual,
             max((answer.check.kkt for answer in done), default=0.0),
             all(answer.check.passed and not answer.infeasible for answer in done),
             tuple(engine for answer in done for engine in answer.engines),
             seconds,
+            self._unit,
         )
 
     def _resolve_distinct(self, started: float) -> LivePalette:
