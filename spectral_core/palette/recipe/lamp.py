@@ -24,6 +24,8 @@ from spectral_core.palette.recipe.white import (
     cct_and_duv,
     color_rendering_index,
     luminous_efficacy,
+    mixed_lamp,
+    power_per_nm,
     uv_from_xyz,
     white_xyz,
     xyz_from_spd,
@@ -161,7 +163,7 @@ def lamp_recipe(
     if not 3 <= len(channels) <= 16:
         raise InvalidInputError(f"a lamp recipe takes 3 to 16 channels; got {len(channels)}")
     most = len(channels) if most_channels is None else require_whole("most_channels", most_channels, 3, len(channels))
-    spds = np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in channels])
+    spds = np.stack([power_per_nm(channel) for channel in channels])
     power = spds.sum(axis=1)
     if not power.all():
         dark, first_nm, last_nm = channels[int(np.argmin(power))].name, *LAMP_GRID.wavelengths_nm[[0, -1]]
@@ -283,17 +285,11 @@ def _described(channels: Sequence[Illuminant], spds: Array, drives: Array, outco
     cct, duv = cct_and_duv(xyz)
     fidelity, gamut = _fidelity(round(cct, 1)).indices(spd)
     # First-order change of uv with the logarithm of each drive, by central differences.
-    step = 1e-4
-    shifts = [
-        (
-            uv_from_xyz(xyz_from_spd() @ (spd + step * drive * row))
-            - uv_from_xyz(xyz_from_spd() @ (spd - step * drive * row))
-        ) / (2 * step)
-        for drive, row in zip(drives, spds, strict=True)
-    ]  # fmt: skip
+    step, moved = 1e-4, drives[:, None] * (spds @ xyz_from_spd().T)
+    shifts = (uv_from_xyz(xyz + step * moved) - uv_from_xyz(xyz - step * moved)) / (2 * step)
+    lamp, names = mixed_lamp(channels, drives), tuple(channel.name for channel in channels)
     return LampRecipe(
-        tuple(channel.name for channel in channels), frozen_array("drives", drives),
-        Illuminant("mixed lamp", LAMP_GRID, spd), cct, duv, color_rendering_index(spd), fidelity, gamut,
-        luminous_efficacy(spd),
-        DOSAGE_ERROR * float(np.sqrt(np.sum(np.square(shifts)))), met, time.perf_counter() - started,
+        names, frozen_array("drives", drives), lamp, cct, duv, color_rendering_index(spd), fidelity, gamut,
+        luminous_efficacy(spd), DOSAGE_ERROR * float(np.sqrt(np.sum(np.square(shifts)))), met,
+        time.perf_counter() - started,
     )  # fmt: skip

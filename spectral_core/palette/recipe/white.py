@@ -7,6 +7,7 @@ Written for optimization, many lamps at a time on one grid; tests compare it wit
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -15,8 +16,8 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.spectra.catalogue import blackbody
-from spectral_core.spectra.observer import xyz_from_spectrum
-from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid
+from spectral_core.spectra.observer import integration_points, observer
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 
@@ -32,8 +33,29 @@ DAYLIGHT_FROM_K = 5000.0
 
 @cache
 def xyz_from_spd() -> Array:
-    """Matrix (3, n) that integrates a lamp on LAMP_GRID into XYZ."""
-    return xyz_from_spectrum(LAMP_GRID)
+    """Matrix (3, n) from the power of a lamp at each whole nm to XYZ; exact for ``power_per_nm``."""
+    eye, nm = observer(), LAMP_GRID.wavelengths_nm
+    return np.stack([np.interp(nm, eye.wavelengths_nm, row, left=0, right=0) for row in eye.cmfs])
+
+
+def power_per_nm(lamp: Spectrum) -> Array:
+    """Power (n,) of a lamp around each knot of LAMP_GRID: its integral with the hat function of the knot.
+
+    Power between two knots is shared by both in proportion to their nearness. So a line narrower than 1 nm counts in
+    full wherever it stands, and XYZ is exact, because color matching functions are linear between the knots.
+    """
+    points, weights = integration_points(lamp.grid.wavelengths_nm, LAMP_GRID.wavelengths_nm)
+    return np.asarray(LAMP_GRID.against_hats(points, lamp.at(points) * weights)[0])
+
+
+def mixed_lamp(channels: Sequence[Illuminant], drives: Array) -> Illuminant:
+    """The lamp on the knots of LAMP_GRID and, between them, of its channels, so that their lines keep their power."""
+    knots = [channel.grid.wavelengths_nm for channel, drive in zip(channels, drives, strict=True) if drive > 0]
+    low, high = LAMP_GRID.wavelengths_nm[[0, -1]]
+    every = np.unique(np.concatenate([LAMP_GRID.wavelengths_nm, *knots]))
+    grid = SpectralGrid(every[(every >= low) & (every <= high)])
+    spectra = np.stack([channel.at(grid.wavelengths_nm) for channel in channels])
+    return Illuminant("mixed lamp", grid, drives @ spectra)
 
 
 def uv_from_xyz(xyz: Array) -> Array:

@@ -16,6 +16,7 @@ from spectral_core.palette.recipe.missed import missed_requests
 from spectral_core.palette.recipe.white import LAMP_GRID, uv_from_xyz, white_xyz, xyz_from_spd
 from spectral_core.palette.texture.lights import led
 from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 GRID = SpectralGrid.uniform(400, 700, 20)
@@ -111,14 +112,14 @@ def test_numbers_of_a_lamp_are_those_of_its_spectrum() -> None:
     recipe = lamp_recipe(CHANNELS, 4200, duv=0.002, quality=LampQuality(85))
     spd = recipe.drives @ np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in CHANNELS])
     np.testing.assert_allclose(recipe.lamp.values, spd, rtol=1e-12)
-    uv = uv_from_xyz(xyz_from_spd() @ spd)
+    uv = uv_from_xyz(xyz_of(recipe.lamp))
     np.testing.assert_allclose(uv, uv_from_xyz(white_xyz(4200, 0.002)), atol=2e-6)
     assert (recipe.cct_k, recipe.duv) == (pytest.approx(4200, rel=1e-3), pytest.approx(0.002, abs=1e-5))
     assert recipe.drives.max() == 1.0
     # errors of 2 % drawn at random move the white as stated
     rng = np.random.default_rng(3)
     dosed = recipe.drives * (1 + 0.02 * rng.normal(size=(20000, 5)))
-    rows = np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in CHANNELS]) @ xyz_from_spd().T
+    rows = np.stack([xyz_of(channel) for channel in CHANNELS])
     moved = uv_from_xyz(dosed @ rows) - uv
     assert recipe.dosage_delta_uv == pytest.approx(np.sqrt((moved**2).sum(axis=1).mean()), rel=0.03)
     lines = recipe.text().splitlines()
@@ -194,6 +195,19 @@ def test_a_tolerance_tries_whites_just_inside_its_ends() -> None:
     assert len(lamp_module._whites(4000, 0.0, LampQuality())) == 1
 
 
+@pytest.mark.parametrize("width_nm", [0.05, 0.6])
+def test_lasers_count_in_full_between_whole_wavelengths(width_nm: float) -> None:
+    lasers = [
+        Illuminant(f"{nm} nm", SpectralGrid(nm + width_nm * np.array([-1.0, 0.0, 1.0])), [0.0, 1 / width_nm, 0.0])
+        for nm in (450.0, 532.4)
+    ]
+    channels = [*lasers, led(590, 30), led(638, 20)]
+    recipe = lamp_recipe(channels, 4000, quality=LampQuality(None))
+    mixed = recipe.drives @ np.stack([xyz_of(each) for each in channels])
+    for xyz in (mixed, xyz_of(recipe.lamp)):
+        np.testing.assert_allclose(uv_from_xyz(xyz), uv_from_xyz(white_xyz(4000)), atol=2e-6)
+
+
 def test_sets_of_channels_are_those_that_enclose_the_white() -> None:
     """By the signs of triangles in the chromaticity plane."""
     spds = np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in CHANNELS])
@@ -225,7 +239,7 @@ def test_sets_of_channels_are_those_that_enclose_the_white() -> None:
 def test_a_wanted_white_replaces_the_temperature() -> None:
     wanted = np.array([0.9, 1.0, 0.8])
     recipe = lamp_recipe(CHANNELS, 4000, wanted_xyz=wanted, quality=LampQuality(None))
-    np.testing.assert_allclose(uv_from_xyz(xyz_from_spd() @ recipe.lamp.values), uv_from_xyz(wanted), atol=2e-6)
+    np.testing.assert_allclose(uv_from_xyz(xyz_of(recipe.lamp)), uv_from_xyz(wanted), atol=2e-6)
     assert recipe.met and isinstance(recipe.lamp, Illuminant)
 
 

@@ -19,6 +19,7 @@ from spectral_core.palette.recipe.white import (
     daylight_spd,
     luminous_efficacy,
     planck_uv,
+    power_per_nm,
     reference_spd,
     uv_from_xyz,
     white_xyz,
@@ -26,6 +27,7 @@ from spectral_core.palette.recipe.white import (
 )
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import STANDARD, observer
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 NM = LAMP_GRID.wavelengths_nm
 
@@ -49,8 +51,21 @@ def test_uv_of_1960_and_the_integrals() -> None:
     assert (LAMP_GRID.size, NM[0], NM[-1]) == (471, 360.0, 830.0)
     for kelvin in (2000.0, 5000.0, 12000.0):
         np.testing.assert_allclose(planck_uv(kelvin), uv_from_xyz(xyz(planck(kelvin))), atol=2e-6)
-    lamp = illuminant("FL11").at(NM)
-    np.testing.assert_allclose(xyz_from_spd() @ lamp, xyz(lamp), rtol=1e-5)
+    lamp = illuminant("FL11")
+    np.testing.assert_allclose(xyz_from_spd() @ power_per_nm(lamp), xyz(lamp.at(NM)), rtol=1e-5)
+
+
+@pytest.mark.parametrize("width_nm", [0.01, 0.4, 3.0])
+@pytest.mark.parametrize("at_nm", [450.0, 532.37, 700.5])
+def test_a_line_counts_in_full_wherever_it_stands(at_nm: float, width_nm: float) -> None:
+    line = Illuminant("line", SpectralGrid(at_nm + width_nm * np.array([-1.0, 0.0, 1.0])), [0.0, 1 / width_nm, 0.0])
+    around, viewer = np.linspace(-1, 1, 2001) * width_nm, observer(STANDARD)
+    shares = (1 - np.abs(around) / width_nm) / np.sum(1 - np.abs(around) / width_nm)
+    seen = [np.interp(at_nm + around, viewer.wavelengths_nm, row) @ shares for row in viewer.cmfs]
+    power = power_per_nm(line)
+    np.testing.assert_allclose(xyz_from_spd() @ power, seen, rtol=1e-5)
+    assert power.sum() == pytest.approx(1.0) and power.min() >= 0
+    assert power @ NM == pytest.approx(at_nm)
 
 
 @pytest.mark.parametrize("kelvin", [1000.0, 1800.0, 2856.0, 4000.0, 6504.0, 12000.0, 45000.0])
