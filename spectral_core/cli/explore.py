@@ -266,8 +266,11 @@ def _note_fonts(columns: dict[str, Any]) -> None:
     texts = (str(text) for values in columns.values() if as_column(values).dtype.kind == "U" for text in set(values))
     missing = without_font([*columns, *texts])
     if missing:
-        print(f"note: no installed font has {missing[:20]}; figures show boxes for them. Install a font of that script, "
-              "such as Noto Sans CJK (Debian: fonts-noto-cjk)", file=sys.stderr)  # fmt: skip
+        print(
+            f"note: no installed font has {missing[:20]}; figures show boxes there. Install one of that script, such as "
+            "Noto Sans CJK (Debian: fonts-noto-cjk)",
+            file=sys.stderr,
+        )
 
 
 def _serve(arguments: argparse.Namespace, store: Any) -> int:

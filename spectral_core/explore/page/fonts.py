@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fonts of a figure: Matplotlib's own one, then installed ones that have the characters it lacks, such as Chinese ones."""
+"""Fonts of a figure: Matplotlib's own one, then installed ones that have characters it lacks, such as Chinese ones."""
 
 from __future__ import annotations
 
