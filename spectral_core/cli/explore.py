@@ -267,8 +267,8 @@ def _note_fonts(columns: dict[str, Any]) -> None:
     missing = without_font([*columns, *texts])
     if missing:
         print(
-            f"note: no installed font has {missing[:20]}; figures show boxes there. Install one of that script, such as "
-            "Noto Sans CJK (Debian: fonts-noto-cjk)",
+            f"note: no installed font has {missing[:20]}; figures show boxes there. Install one of that script, "
+            "such as Noto Sans CJK (Debian: fonts-noto-cjk)",
             file=sys.stderr,
         )
 
