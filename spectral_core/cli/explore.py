@@ -17,6 +17,7 @@ from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.documents.toml import toml_text
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import require_writable
 
 ERRORS = ("rmse", "delta_e_mean", "flip")
 """Columns of error against time where none are named."""
@@ -112,12 +113,14 @@ def run(arguments: argparse.Namespace) -> int:
                 "`spectral-scene sweep SWEEP.toml`, or name the folder of a Cinema database"
             )
         _refuse_analyses(arguments, folder)
+        _make_folders(arguments)
         table = table_of_folder(folder)
         _keep_pictures(arguments, folder, table)
         _figures(arguments, table)
     else:
         with Store.open(folder) as store:
             store.recover()
+            _make_folders(arguments)
             result |= _analyze(arguments, store)
             table = table_of_store(store)
             _keep_pictures(arguments, folder, table)
@@ -141,6 +144,13 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise InvalidInputError(f"the page ends in .html; got --out {arguments.out}")
     if arguments.figure and arguments.error_time and arguments.figure.resolve() == arguments.error_time.resolve():
         raise InvalidInputError(f"--figure and --error-time both name {arguments.figure}; give each a file of its own")
+
+
+def _make_folders(arguments: argparse.Namespace) -> None:
+    """Make the folders of the files, before the analyses take their time."""
+    for path in (arguments.out, arguments.figure, arguments.error_time):
+        if path is not None:
+            require_writable(path)
 
 
 def _keep_pictures(arguments: argparse.Namespace, folder: Path, table: Any) -> None:
@@ -243,6 +253,23 @@ def _figures(arguments: argparse.Namespace, table: Any) -> None:
             )
         print(
             f"wrote {draw_error_against_time(arguments.error_time, columns, arguments.time, errors, by=arguments.by)}"
+        )
+    if arguments.figure or arguments.error_time:
+        _note_fonts(columns)
+
+
+def _note_fonts(columns: dict[str, Any]) -> None:
+    """Say which characters of names and texts a figure cannot show."""
+    from spectral_core.explore.features.expression import as_column
+    from spectral_core.explore.page.fonts import without_font
+
+    texts = (str(text) for values in columns.values() if as_column(values).dtype.kind == "U" for text in set(values))
+    missing = without_font([*columns, *texts])
+    if missing:
+        print(
+            f"note: no installed font has {missing[:20]}; figures show boxes there. Install one of that script, "
+            "such as Noto Sans CJK (Debian: fonts-noto-cjk)",
+            file=sys.stderr,
         )
 
 

@@ -37,6 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Mix, print the colors, write the spectrum where asked."""
     from spectral_core.cli.shared.outputs import require_apart
     from spectral_core.cli.shared.spectra import files_in, illuminant_named, reflectance_named
+    from spectral_core.files.whole import require_writable
     from spectral_core.palette.paint.mixtures import additive_mixture, paint_mixture
     from spectral_core.palette.texture.reach import stimulus_matrix
     from spectral_core.spectra.color import display_hex_from_linear, display_rgb_from_linear
@@ -47,6 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         read = [name for name, _ in named] + arguments.light
         require_apart([arguments.out], [file for name in read for file in files_in(name)])
+        require_writable(arguments.out)
     lights = told_apart([illuminant_named(name) for name in arguments.light or ("D65", "A")])
     shares = np.array([parts for _, parts in named])
     shares = shares / shares.sum()

@@ -19,7 +19,7 @@ from spectral_core.cli.shared.outputs import numbered
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
-from spectral_core.files.whole import whole_file
+from spectral_core.files.whole import require_writable, whole_file
 from spectral_core.spectra.pictures import write_picture
 
 VIDEO = ".mp4"
@@ -67,6 +67,8 @@ def run(arguments: argparse.Namespace) -> int:
     groups = transport.groups
     named = _pairs("--light", arguments.light, groups)
     require_apart(_targets(arguments), [file for name in named.values() for file in files_in(name)])
+    for path in _targets(arguments):
+        require_writable(path)
     lights = {group: illuminant_named(name) for group, name in named.items()}
     mix = {group: _number("--mix", amount) for group, amount in _pairs("--mix", arguments.mix, groups).items()}
     live = LiveMix(transport)

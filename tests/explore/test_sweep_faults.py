@@ -11,13 +11,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from spectral_core.cli import main
 from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
 from spectral_core.explore.sweep import task
+from spectral_core.explore.sweep.compute.command import CommandNode
+from spectral_core.explore.sweep.compute.volume import VolumeNode
 from spectral_core.explore.sweep.document import read_sweep, register_compute
 from spectral_core.explore.sweep.outcome import Outcome
+from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.runner import run_sweep
 from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.sweep import Sweep
@@ -250,3 +254,26 @@ def test_a_damaged_ledger_is_named(tmp_path: Path, capsys: Any, place: str) -> N
         assert main(words) == 1
         said = capsys.readouterr().err
         assert said.count("ledger.sqlite is damaged: ") == 1 and "Restore the folder from a backup" in said
+
+
+def test_a_program_may_be_given_code_and_options_that_name_files(tmp_path: Path) -> None:
+    """Code of more than 255 bytes was "File name too long"; a file of --config=FILE could change between the points."""
+    space = Space((Parameter("a"),))
+    code = "import sys; print(float(sys.argv[1]) ** 2)  # " + 300 * "x"
+    assert CommandNode.of([sys.executable, "-c", code, "{a}"], space, tmp_path)({"a": 3.0}, 0).values["result"] == 9.0
+    prints = []
+    for text in ("1", "2"):
+        (tmp_path / "my.conf").write_text(text)
+        prints.append(CommandNode.of(["program", "--config=my.conf", "{a}"], space, tmp_path).fingerprint)
+    assert prints[0] != prints[1]
+
+
+def test_a_sweep_of_a_volume_goes_on_after_its_folder_was_moved(tmp_path: Path) -> None:
+    """It was another sweep there."""
+    prints = []
+    for name, value in (("here", 1.0), ("there", 1.0), ("other", 2.0)):
+        (tmp_path / name).mkdir()
+        np.save(tmp_path / name / "v.npy", np.full((4, 4, 4), value, np.float32) * np.arange(4))
+        node = VolumeNode.of("v.npy", "wide", Space((Parameter("zoom", 1, 2),)), tmp_path / name)
+        prints.append(node.fingerprint)
+    assert prints[0] == prints[1] != prints[2]

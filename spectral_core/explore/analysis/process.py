@@ -7,6 +7,7 @@ the marginal likelihood.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,25 +104,34 @@ def _loss(logs: Array, x: Array, z: Array) -> tuple[float, Array]:
     return float(loss), gradient
 
 
-def propose(points: ArrayLike, values: ArrayLike, *, seed: int = 0, candidates: int = 2048) -> tuple[Array, float]:
-    """The point of the unit cube with the largest expected improvement below the least value, and that improvement.
+def propose(
+    points: ArrayLike, values: ArrayLike, *, seed: int = 0, candidates: int | ArrayLike = 2048,
+    settled: Callable[[Array], Array] | None = None,
+) -> tuple[Array, float]:  # fmt: skip
+    """The point with the largest expected improvement below the least value, and that improvement.
 
     Parameters
     ----------
-    points : (m, n) in the unit cube.
+    points : (m, n), coordinates of the sweep's unit cube.
     values : (m,), to be made small.
     seed : draws the candidates.
-    candidates : Sobol points tried; the best are then improved locally.
+    candidates : number of Sobol points of the unit cube that are tried, or such points (k, n) themselves; the best are
+        then improved locally.
+    settled : those of points (k, n) that can be proposed, moved to the settings that exist; None: all of the unit cube.
     """
     process = GaussianProcess.fit(points, values, seed=seed)
     n = process.points.shape[1]
     least = float(np.min(np.asarray(values)))
-    drawn = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(candidates)
+    if isinstance(candidates, int):
+        tried = qmc.Sobol(n, rng=np.random.default_rng(seed)).random(candidates)
+    else:
+        tried = np.asarray(candidates, np.float64)
+    allowed = settled or _in_unit_cube
     near = process.points[np.argsort(np.asarray(values))[:5]]
     rng = np.random.default_rng([seed, 1])
-    drawn = np.concatenate(
-        [drawn, np.clip(np.repeat(near, 60, axis=0) + rng.normal(0, 0.04, (len(near) * 60, n)), 0, 1)]
-    )
+    drawn = np.concatenate([tried, allowed(np.repeat(near, 60, axis=0) + rng.normal(0, 0.04, (len(near) * 60, n)))])
+    if not len(drawn):
+        raise InvalidInputError("no setting is left to propose: the sweep has every point of its region")
 
     def improvement(x: Array) -> Array:
         mean, deviation = process.predict(x)
@@ -130,9 +140,20 @@ def propose(points: ArrayLike, values: ArrayLike, *, seed: int = 0, candidates: 
 
     gains = improvement(drawn)
     best, gain = drawn[int(gains.argmax())], float(gains.max())
+    low, high = drawn.min(axis=0), drawn.max(axis=0)
+    if settled is None:
+        low, high = np.zeros(n), np.ones(n)
     for start in drawn[np.argsort(-gains)[:4]]:
-        found = minimize(lambda x: -float(improvement(x[None])[0]), start, bounds=[(0, 1)] * n, method="L-BFGS-B",
-                         options={"maxiter": 40})  # fmt: skip
-        if -found.fun > gain:
-            best, gain = found.x, float(-found.fun)
+        found = minimize(lambda x: -float(improvement(x[None])[0]), start, bounds=list(zip(low, high, strict=True)),
+                         method="L-BFGS-B", options={"maxiter": 40})  # fmt: skip
+        # the way there as well: the end may lie beyond a constraint
+        way = allowed(start + np.linspace(0, 1, 33)[1:, None] * (found.x - start))
+        if len(way):
+            better = improvement(way)
+            if better.max() > gain:
+                best, gain = way[int(better.argmax())], float(better.max())
     return np.asarray(best), gain
+
+
+def _in_unit_cube(points: Array) -> Array:
+    return np.clip(points, 0.0, 1.0)

@@ -9,7 +9,7 @@ indices between processes fitted to different parts of the rows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,22 +36,25 @@ class Sensitivity:
 
 
 def sobol_indices(
-    points: ArrayLike, values: ArrayLike, names: Sequence[str], *, seed: int = 0, base: int = 2048
-) -> list[Sensitivity]:
+    points: ArrayLike, values: ArrayLike, names: Sequence[str], *, seed: int = 0, base: int = 2048,
+    spread: Callable[[Array], Array] | None = None,
+) -> list[Sensitivity]:  # fmt: skip
     """First-order and total Sobol index of every parameter, most influential first.
 
     Parameters
     ----------
-    points : (m, n) in the unit cube, any design but a grid.
+    points : (m, n), coordinates of the sweep's unit cube, any design but a grid.
     values : (m,).
     names : of the parameters.
     seed : draws the Sobol points, the bootstrap samples and the parts.
     base : Sobol points; n + 2 times as many predictions are made.
+    spread : coordinates (k, n) of the settings over which the variance is taken, from points (k, n) of the unit cube,
+        each axis from its own; the unit cube itself if None.
     """
     x, y = np.asarray(points, np.float64), np.asarray(values, np.float64)
     rng = np.random.default_rng(seed)
     process = GaussianProcess.fit(x, y, seed=seed)
-    first, total, firsts, totals = _indices(process, rng, base)
+    first, total, firsts, totals = _indices(process, rng, base, spread)
     shift_first, shift_total = np.zeros(len(names)), np.zeros(len(names))
     order = rng.permutation(len(x))
     missed = np.full(len(x), np.nan)
@@ -65,7 +68,7 @@ def sobol_indices(
                 continue
             one = GaussianProcess.fit(x[kept], y[kept], seed=seed)
             missed[held] = one.predict(x[held])[0] - y[held]
-            others.append(_indices(one, rng, base // 4)[:2])
+            others.append(_indices(one, rng, base // 4, spread)[:2])
         if others:
             shift_first = np.max([np.abs(other[0] - first) for other in others], axis=0)
             shift_total = np.max([np.abs(other[1] - total) for other in others], axis=0)
@@ -87,11 +90,13 @@ def _interval(samples: Array, shift: float) -> tuple[float, float]:
     return float(low - shift), float(high + shift)
 
 
-def _indices(process: GaussianProcess, rng: np.random.Generator, base: int) -> tuple[Array, Array, Array, Array]:
+def _indices(
+    process: GaussianProcess, rng: np.random.Generator, base: int, spread: Callable[[Array], Array] | None
+) -> tuple[Array, Array, Array, Array]:
     """First and total indices of the process' mean, and their bootstrap samples (BOOTSTRAPS, n)."""
     n = process.points.shape[1]
     both = qmc.Sobol(2 * n, rng=rng).random(base)
-    a, b = both[:, :n], both[:, n:]
+    a, b = (half if spread is None else spread(half) for half in (both[:, :n], both[:, n:]))
     at_a, at_b = process.predict(a)[0], process.predict(b)[0]
     crossed = np.empty((n, base))
     for axis in range(n):

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,11 +19,15 @@ from spectral_core.explore.analysis.process import MAX_ROWS, propose
 from spectral_core.explore.analysis.sensitivity import sobol_indices
 from spectral_core.explore.features.compare import distances_to, feature_matrix, picture_features
 from spectral_core.explore.features.expression import as_column
+from spectral_core.explore.sweep.designs import MAX_LATTICE_DIMENSIONS, Design, DesignKind, Point, design_points
+from spectral_core.explore.sweep.parameters import Value
 from spectral_core.explore.sweep.region import bounding_region
 from spectral_core.explore.sweep.store import TIMING_COLUMN, Store
 
 PICTURES = "pictures"
 """The feature name of the pictures themselves."""
+CANDIDATES = (2048, 256, 32)
+"""Numbers of points of the region among which a proposal is searched first; the largest that the region holds."""
 
 
 def features_of(store: Store, names: Sequence[str] | None) -> NDArray[np.float64]:
@@ -93,14 +99,19 @@ def add_distance(store: Store, key: str, weights: Mapping[str, float], p: float 
 
 
 def print_sensitivity(store: Store, name: str) -> list[dict[str, Any]]:
-    """Print Sobol indices of a column by parameter."""
+    """Print Sobol indices of a column by parameter, over the ranges and choices of the sweep's region."""
     points, values = _known(store, name)
-    found = sobol_indices(points, values, store.project.space.names)
+    space, region = store.project.space, store.project.region
+    found = sobol_indices(points, values, space.names, spread=partial(region.spread, space))
     if math.isnan(found[0].explained):
         checked = "too few or too similar rows to check the indices on omitted rows: they are unreliable"
     else:
         checked = f"{100 * found[0].explained:.0f} % of the variance predicted on omitted rows"
     print(f"{name}: {len(values)} rows, {checked}")
+    if region.constraints or region.ball is not None:
+        print(
+            "  the indices are over the ranges of the region, also where its constraints and its ball exclude settings"
+        )
     width = max(len(one.name) for one in found)
     for one in found:
         print(f"  {one.name:{width}} first {_index(one.first, one.first_interval)}   "
@@ -115,14 +126,40 @@ def _index(value: float, interval: tuple[float, float]) -> str:
 
 
 def proposed_point(store: Store, name: str) -> dict[str, Any]:
-    """The point with the largest expected decrease of a column."""
+    """The point of the sweep's region with the largest expected decrease of a column; none that it has already."""
     points, values = _known(store, name)
-    where, _ = propose(points, values)
-    return store.project.space.values(where)
+    space, known = store.project.space, {_address(row.parameters) for row in store.ledger.rows()}
+    contains = store.project.region.membership(space)
+
+    def settled(drawn: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Coordinates of new points of the region; a whole number or choice has those of its value."""
+        found = [space.values(one) for one in drawn]
+        kept = [space.coordinates(one) for one in found if contains(one) and _address(one) not in known]
+        return np.array(kept).reshape(len(kept), len(space.names))
+
+    where, _ = propose(points, values, candidates=settled(_candidates(store)), settled=settled)
+    return space.values(where)
+
+
+def _candidates(store: Store) -> NDArray[np.float64]:
+    """Coordinates of points all over the region of a sweep, (k, n)."""
+    space, region = store.project.space, store.project.region
+    kind: DesignKind = "lattice" if len(space.parameters) <= MAX_LATTICE_DIMENSIONS else "sobol"
+    seed = 1 + store.project.design.seed % 2**31  # not that of the sweep, whose points are there already
+    points: list[Point] = []
+    for count in CANDIDATES:
+        with suppress(InvalidInputError):  # the region holds fewer points
+            points = design_points(space, region, Design(kind, count, seed=seed))[0]
+            break
+    return np.array([space.coordinates(point) for point in points]).reshape(len(points), len(space.names))
+
+
+def _address(point: Mapping[str, Value]) -> tuple[tuple[str, Value], ...]:
+    return tuple(sorted(point.items()))
 
 
 def region_of_label(store: Store, column: str, value: str) -> dict[str, Any]:
-    """The region around rows that carry a label, as a document's table."""
+    """The region around rows that carry a label, as a document's table, with the constraints of the sweep."""
     table = store.columns()
     if column not in table:
         raise UnknownNameError.among("column", column, table)
@@ -131,7 +168,8 @@ def region_of_label(store: Store, column: str, value: str) -> dict[str, Any]:
         held = list(dict.fromkeys(str(text) for text in table[column] if text is not None))
         raise InvalidInputError(f"no row has {column} = {value!r}; it holds {', '.join(held[:8]) or 'nothing'}")
     points = [{name: table[name][row] for name in store.project.space.names} for row in rows]
-    return bounding_region(store.project.space, points, value).to_dict()
+    region = bounding_region(store.project.space, points, value)
+    return region.limited_as(store.project.region).to_dict()
 
 
 def _known(store: Store, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

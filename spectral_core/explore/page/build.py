@@ -31,7 +31,9 @@ MOST_SHOWN = 8
 
 @dataclass(frozen=True, slots=True)
 class PageTable:
-    """Contents of a page. ``columns``: values by name; ``about``: role, unit, group, log by name."""
+    """Contents of a page. ``columns``: values by name; ``about``: role, unit, group, log by name. ``limits``: the
+    constraints and the ball of the sweep's region, as in its file; a part of it has them, too.
+    """
 
     title: str
     table_id: str
@@ -39,6 +41,7 @@ class PageTable:
     keys: Sequence[str]
     about: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     folder: Path | None = None
+    limits: Mapping[str, Any] = field(default_factory=dict)
 
 
 def table_of_store(store: Store) -> PageTable:
@@ -54,7 +57,9 @@ def table_of_store(store: Store) -> PageTable:
         about[name] = {"role": "value", "group": "derived"}
     about[TIMING_COLUMN] = {"role": "time", "unit": "s", "group": "time"}
     keys = columns.pop("key", [])
-    return PageTable(store.folder.stem, store.project.store_id, columns, keys, about, store.folder)
+    region = store.project.region.to_dict()
+    limits: dict[str, Any] = {part: region[part] for part in ("constraints", "ball") if part in region}
+    return PageTable(store.folder.stem, store.project.store_id, columns, keys, about, store.folder, limits)
 
 
 def table_of_folder(folder: str | Path) -> PageTable:
@@ -117,6 +122,7 @@ def page_html(table: PageTable, *, thumbnails: bool = True, live: bool = False) 
         "files": {name: values for name, values in files.items() if not name.endswith("_linear")},
         "thumbnails": _thumbnails(table, files.get("FILE", [])) if thumbnails else None,
         "live": live,
+        "limits": dict(table.limits),
     }
     # inside of a script element only "<" can end it; U+2028 and U+2029 are line ends to old parsers
     text = json.dumps(payload, separators=(",", ":"), ensure_ascii=True).replace("<", "\\u003c")

@@ -62,25 +62,27 @@ class LiveSweep:
         }
 
     def sample(self, content: Mapping[str, Any]) -> dict[str, Any]:
-        """Add points to a region."""
+        """Add points to a part of the sweep's region, whose constraints hold there, too."""
         region = RegionOfInterest.from_dict(dict(content.get("region") or {}))
         budget = content.get("budget")
         if isinstance(budget, bool) or not isinstance(budget, int) or not 1 <= budget <= MAX_SAMPLE:
             raise InvalidInputError(f"the number of points is {budget!r}; expected 1 to {MAX_SAMPLE}")
         project = self.store.project
-        region.checked(project.space)
-        known = self.store.known_points()
-        inside_now = sum(map(region.membership(project.space), known))
-        return self._add(region, inside_now + budget)
+        region = region.limited_as(project.region).checked(project.space)
+        return self._add(region, self._count(region) + budget)
 
     def refine(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """Twice as many points in the sweep's region."""
-        budget = 2 * self.store.project.design.budget
+        budget = 2 * max(self.store.project.design.budget, self._count(self.store.project.region))
         answer = self._add(self.store.project.region, budget)
         project = self.store.project  # another request may have read it again meanwhile
         project.design = replace(project.design, budget=budget)
         self.store.save_project()
         return answer
+
+    def _count(self, region: RegionOfInterest) -> int:
+        """Points that lie in a region."""
+        return sum(map(region.membership(self.store.project.space), self.store.known_points()))
 
     def _add(self, region: RegionOfInterest, budget: int) -> dict[str, Any]:
         from spectral_core.explore.sweep.designs import design_points

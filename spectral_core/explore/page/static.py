@@ -11,7 +11,7 @@ import numpy as np
 
 from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.explore.features.expression import as_column
-from spectral_core.files.whole import whole_file
+from spectral_core.explore.page.fonts import save_figure
 
 ENDINGS = (".png", ".svg", ".pdf")
 MOST_TEXTS = 12
@@ -72,8 +72,7 @@ def draw_matrix(
     if color:
         gray = "" if np.isfinite(data[color][0]).all() else "; gray: no value"
         figure.suptitle(f"color: {_plain(color)}{gray}", fontsize=8, ha="right", x=0.98)
-    with whole_file(path) as unfinished:
-        figure.savefig(unfinished)
+    save_figure(figure, path)
     return Path(path)
 
 
@@ -123,8 +122,7 @@ def draw_error_against_time(
                 bar.ax.tick_params(labelsize=6)
                 if texts:
                     bar.set_ticks(range(len(texts)), labels=[_plain(text, MOST_CHARACTERS) for text in texts])
-    with whole_file(path) as unfinished:
-        figure.savefig(unfinished)
+    save_figure(figure, path)
     return Path(path)
 
 
@@ -162,8 +160,7 @@ def draw_error_against_factors(
     bar = figure.colorbar(drawn, ax=axes.ravel().tolist())
     bar.set_label(_plain(color, MOST_OF_NAME), fontsize=7)
     bar.ax.tick_params(labelsize=6)
-    with whole_file(path) as unfinished:
-        figure.savefig(unfinished)
+    save_figure(figure, path)
     return Path(path)
 
 

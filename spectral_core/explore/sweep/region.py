@@ -93,6 +93,16 @@ class RegionOfInterest:
 
     def in_unit_cube(self, space: Space) -> Region:
         """The convex region over unit coordinates; choices are not in it (see ``contains``)."""
+        region = box(*self._unit_box(space))
+        rows = [one.row(space) for text in self.constraints for one in parse_constraint(text, space)]
+        if rows:
+            region = region & halfspaces([row for row, _ in rows], [bound for _, bound in rows])
+        if self.ball is not None:
+            region = region & _unit_ball(self.ball, space)
+        return region
+
+    def _unit_box(self, space: Space) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Ends of the ranges in unit coordinates, (n,) each; choices have their whole axis."""
         low, high = np.zeros(len(space.parameters)), np.ones(len(space.parameters))
         for index, parameter in enumerate(space.parameters):
             if parameter.name in self.ranges:
@@ -102,13 +112,7 @@ class RegionOfInterest:
                     high[index] = parameter.place(ends[1] + 0.5)
                 else:
                     low[index], high[index] = (parameter.coordinate(v) for v in ends)
-        region = box(low, high)
-        rows = [one.row(space) for text in self.constraints for one in parse_constraint(text, space)]
-        if rows:
-            region = region & halfspaces([row for row, _ in rows], [bound for _, bound in rows])
-        if self.ball is not None:
-            region = region & _unit_ball(self.ball, space)
-        return region
+        return low, high
 
     def contains(self, space: Space, values: Mapping[str, Value]) -> bool:
         """True if the point with these values lies in the region (ends included)."""
@@ -146,6 +150,27 @@ class RegionOfInterest:
                 which = np.minimum(within.astype(int), len(places) - 1)
                 spread[:, index] = (places[which] + within - which) / len(parameter.choices)
         return spread
+
+    def spread(self, space: Space, drawn: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Points (m, n) of the unit cube, spread over the ranges and choices of the region; constraints and the ball do
+        not count. Whole numbers and choices have the coordinates of their own values.
+        """
+        low, high = self._unit_box(space)
+        spread = self.onto_choices(space, low + drawn * (high - low))
+        for index, parameter in enumerate(space.parameters):
+            if parameter.kind != "real":
+                spread[:, index] = [parameter.coordinate(parameter.value(float(one))) for one in spread[:, index]]
+        return spread
+
+    def limited_as(self, other: RegionOfInterest) -> RegionOfInterest:
+        """This region with the constraints and the ball of another: they tell which settings are wanted at all, and a
+        part of the other region has them, too. Ranges and choices that this region does not name are the other's.
+        """
+        constraints = tuple(dict.fromkeys((*self.constraints, *other.constraints)))
+        return RegionOfInterest(
+            {**other.ranges, **self.ranges}, {**other.choices, **self.choices}, constraints, self.ball or other.ball,
+            self.name,
+        )  # fmt: skip
 
     def to_dict(self) -> dict[str, Any]:
         """Plain entries for a document."""

@@ -8,7 +8,9 @@
  * A column. `values` holds numbers, or for texts the position in `order`; NaN where there is none.
  * @typedef {{title: string, id: string, keys: string[], columns: Column[], byName: Map<string, Column>, count: number,
  *   files: Map<string, string[]>, thumbnails: {sheets: string[], size: number, perRow: number, perSheet: number}|null,
- *   live: boolean, version: string}} Table
+ *   live: boolean, version: string, limits: {constraints?: string[], ball?: Ball}}} Table
+ * `limits`: the constraints and the ball of the sweep's region.
+ * @typedef {{center: Record<string, number>, radii: Record<string, number>, p: number|"inf"}} Ball
  */
 
 /** Decode base64 to bytes. @param {string} text @returns {Uint8Array} */
@@ -85,6 +87,7 @@ export function tableOf(payload) {
     thumbnails: payload.thumbnails,
     live: payload.live,
     version: payload.version,
+    limits: payload.limits,
   };
 }
 
@@ -93,6 +96,16 @@ export function shown(column, row) {
   const value = column.values ? column.values[row] : NaN;
   if (column.kind === "text") return Number.isNaN(value) ? "" : column.order[value];
   return format(value);
+}
+
+/** All digits of a number, without those that a float of 32 bits adds. @param {number} value */
+export function digits(value) {
+  if (Number.isNaN(value)) return "NaN";
+  for (let count = 6; count < 10 && Math.fround(value) === value; count++) {
+    const short = Number(value.toPrecision(count));
+    if (Math.fround(short) === value) return String(short);
+  }
+  return String(value);
 }
 
 /** Four significant digits, all digits of a whole number below a billion. @param {number} value */

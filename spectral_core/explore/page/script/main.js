@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page: reads the table, builds the views, links them, hears keys and buttons.
 
-import { columnOf, shown, tableOf, textColumn } from "./data.js";
+import { columnOf, digits, shown, tableOf, textColumn } from "./data.js";
 import { onGround } from "./colors.js";
 import { legendOf } from "./legend.js";
 import { List } from "./list.js";
@@ -256,7 +256,7 @@ class Explorer {
       return /[",\n\r]/.test(harmless) ? `"${harmless.replaceAll('"', '""')}"` : harmless;
     };
     const cell = (/** @type {any} */ column, /** @type {number} */ row) =>
-      column.kind === "text" ? quoted(shown(column, row)) : Number.isNaN(column.values[row]) ? "NaN" : String(column.values[row]);
+      column.kind === "text" ? quoted(shown(column, row)) : digits(column.values[row]);
     const lines = [["key", ...columns.map((c) => quoted(c.name)), "selected"].join(",")];
     for (let row = 0; row < this.table.count; row++) {
       lines.push([quoted(this.table.keys[row]), ...columns.map((c) => cell(c, row)), this.state.selection[row]].join(","));
@@ -268,6 +268,12 @@ class Explorer {
   region() {
     const name = input("label-text").value.trim() || "region";
     return regionAround(this.table, rowsOf(this.state.selection), name);
+  }
+
+  /** Use the region around the selection, if there is one. @param {(region: any) => void} work */
+  aroundSelection(work) {
+    if (this.state.selected) work(this.region());
+    else element("status").textContent = "Select points first; the region is the smallest one around them.";
   }
 
   /** Ask the server and say what came of it. @param {string} action @param {any} content */
@@ -300,7 +306,7 @@ class Explorer {
     click("menu", () => element("side").classList.toggle("open"));
     click("label", () => element("status").textContent = `${this.label(input("label-text").value.trim())} rows labeled in ${this.state.color}`);
     click("export-csv", () => download("table.csv", this.csv(), "text/csv"));
-    click("export-region", () => download("region.toml", tomlOf(this.region()), "application/toml"));
+    click("export-region", () => this.aroundSelection((region) => download("region.toml", tomlOf(region), "application/toml")));
     click("export-state", () => download("state.json", JSON.stringify(toPlain(state, this.table), null, 1), "application/json"));
     input("open-state").addEventListener("change", async () => {
       const file = input("open-state").files?.[0];
@@ -323,12 +329,16 @@ class Explorer {
     });
     element("live").hidden = !this.table.live;
     if (!this.table.live) return;
-    click("live-sample", () => this.serve("sample", { region: this.region(), budget: Number(input("live-budget").value) }));
+    click("live-sample", () => this.aroundSelection((region) => this.serve("sample", { region, budget: Number(input("live-budget").value) })));
     click("live-refine", () => this.serve("refine", {}));
     click("live-render", () => this.serve("render", {}));
     click("live-derive", () => this.serve("derive", { name: input("live-name").value, expression: input("live-expression").value }));
     click("live-distance", () => this.distance());
-    click("live-apply", () => this.serve("apply", { key: this.table.keys[state.compare.at(-1) ?? 0] }));
+    click("live-apply", () => {
+      const picked = state.compare.at(-1);
+      if (picked === undefined) element("status").textContent = "Click a point first; the scene is set to it.";
+      else this.serve("apply", { key: this.table.keys[picked] });
+    });
   }
 
   /** Ask for the distances of all rows to the point that was picked last. */

@@ -68,7 +68,7 @@ export function rowsOf(mask, most = Infinity) {
 }
 
 /**
- * Region around rows over the parameters: the smallest ranges, as a region of interest of a sweep file.
+ * Region around rows over the parameters: the smallest ranges, with the limits of the sweep's region, as in its file.
  * @param {import("./data.js").Table} table @param {number[]} rows @param {string} name
  */
 export function regionAround(table, rows, name) {
@@ -92,20 +92,28 @@ export function regionAround(table, rows, name) {
       ranges[column.name] = [(low - room) / factor, (high + room) * factor];
     }
   }
-  return Object.keys(choices).length ? { name, ranges, choices } : { name, ranges };
+  return { name, ranges, ...(Object.keys(choices).length ? { choices } : {}), ...table.limits };
 }
 
 /**
  * A region as text of a sweep file (TOML), whose texts are written as in JSON.
- * @param {{name: string, ranges: Record<string, number[]>, choices?: Record<string, (string|number)[]>}} region
+ * @param {{name: string, ranges: Record<string, number[]>, choices?: Record<string, (string|number)[]>,
+ *   constraints?: string[], ball?: import("./data.js").Ball}} region
  */
 export function tomlOf(region) {
   const text = (/** @type {string} */ word) => JSON.stringify(word).replaceAll("\u007f", "\\u007f");
   const value = (/** @type {string|number} */ one) => (typeof one === "string" ? text(one) : String(one));
   const lines = ["[region]", `name = ${text(region.name)}`];
+  if (region.constraints) lines.push(`constraints = [${region.constraints.map(text).join(", ")}]`);
   for (const [part, byName] of /** @type {[string, Record<string, (string|number)[]>][]} */ ([["ranges", region.ranges], ["choices", region.choices ?? {}]])) {
     const entries = Object.entries(byName).map(([name, values]) => `${text(name)} = [${values.map(value).join(", ")}]`);
     if (entries.length) lines.push("", `[region.${part}]`, ...entries);
+  }
+  if (region.ball) {
+    const table = (/** @type {Record<string, number>} */ byName) =>
+      `{${Object.entries(byName).map(([name, number]) => `${text(name)} = ${number}`).join(", ")}}`;
+    const { center, radii, p } = region.ball;
+    lines.push("", "[region.ball]", `center = ${table(center)}`, `radii = ${table(radii)}`, `p = ${value(p)}`);
   }
   return `${lines.join("\n")}\n`;
 }

@@ -16,7 +16,7 @@ import shlex
 import shutil
 import subprocess
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -70,13 +70,7 @@ class CommandNode:
         if missing:
             raise InvalidInputError(f"the command never uses {missing[0]!r}; write {{{missing[0]}}} where it belongs")
         node = cls(words, str((folder or Path()).resolve()), float(limit_s))
-        files = {
-            word: hashlib.sha256((Path(node.folder) / word).read_bytes()).hexdigest()
-            for word in words
-            if "{" not in word
-            and (Path(node.folder) / word).is_file()
-            and (Path(node.folder) / word).stat().st_size < 1e8
-        }
+        files = {word: content for word in words if (content := _content(Path(node.folder), word))}
         return replace(node, fingerprint=hashlib.sha256(json_text([list(words), files]).encode()).hexdigest())
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
@@ -126,6 +120,16 @@ class CommandNode:
     def describe(self) -> list[str]:
         """Sentences for the plan of a run."""
         return [f"runs {self.words[0]} once per point, without a shell; nothing stays loaded between points"]
+
+
+def _content(folder: Path, word: str) -> str:
+    """Hash of the file that a word names, also behind a sign of equality as in --config=FILE; "" if it names none."""
+    for text in (word, word.partition("=")[2]):
+        with suppress(OSError):  # such as code, which is longer than the name of a file
+            file = folder / text
+            if text and "{" not in text and file.is_file() and file.stat().st_size < 1e8:
+                return hashlib.sha256(file.read_bytes()).hexdigest()
+    return ""
 
 
 def _failure(program: str, done: subprocess.CompletedProcess[bytes]) -> str:

@@ -100,7 +100,9 @@ class VolumeNode:
             [(f"the setting {name}", name) for name, _ in node.settings]
             + [(f"the parameter {name}", node._place(path)) for name, path in paths]
         )
-        said = json_text([volume, *contents, text, [list(p) for p in paths], size, dict(node.settings)])
+        # by its contents, not its folder, which may be moved with the sweep
+        named = volume if volume.startswith("sample:") else Path(volume).name
+        said = json_text([named, *contents, text, [list(p) for p in paths], size, dict(node.settings)])
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
