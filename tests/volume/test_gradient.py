@@ -16,7 +16,7 @@ SHEARED = np.array([[1.0, 0.4, 0.1], [0.0, -0.7, 0.3], [0.2, 0.0, 1.5]])
 
 
 def by_loops(data: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """|∇f| voxel by voxel: differences between neighbors, over their distance, by solving for the slope of the world."""
+    """|∇f| voxel by voxel: differences between neighbors, over their distance, solved for the world's slope."""
     found = np.zeros(data.shape)
     for place in np.ndindex(data.shape):
         slopes = np.zeros(3)
