@@ -102,7 +102,7 @@ class SpectralVolume(bpy.types.PropertyGroup):
     materials: CollectionProperty(type=SpectralVolumeMaterial)
     active: IntProperty(name="Material", min=0, description="The selected material")
     next_uid: IntProperty(default=1)
-    curves: PointerProperty(type=bpy.types.NodeTree, description="Holds the curves of the materials")
+    curves: PointerProperty(type=bpy.types.NodeTree, update=_changed, description="Holds the curves of the materials")
     rule: VOLUME_FIELDS["rule"].declared(_changed)
     lighting: VOLUME_FIELDS["lighting"].declared(_changed)
     quality_db: VOLUME_FIELDS["quality_db"].declared(_changed)

@@ -235,12 +235,14 @@ def _collect_one(found: Collected, obj: Any, instance: Any) -> None:
 def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     """A Volume object: through its transfer function if that is on, else by its material."""
     seen = seen_as(instance, found.translation.depsgraph)
-    samples = has_transfer(settings_data(obj, found.translation.depsgraph))
-    note_volume(found.translation, obj.name, seen, has_transfer=samples)
+    settings = settings_data(obj, found.translation.depsgraph)
+    samples = has_transfer(settings)
+    has_shadows = samples and settings.spectral.lighting == "shadows"
+    note_volume(found.translation, obj.name, seen, has_shadows=has_shadows)
     note_velocity(found, obj)
     if samples:
         volume = translate_volume(found, found.unique("volume", obj.name_full), obj, instance)
-        found.volumes.append(volume)
+        found.volumes.append(replace(volume, hidden_from=seen["hidden_from"]))
         found.volume_owners.append((obj.name, obj.original, shown_by(instance)))
         return
     override = overridden(found.translation.depsgraph, "material_override")

@@ -76,10 +76,20 @@ def seen_as(instance: Any, depsgraph: Any) -> dict[str, Any]:
     }
 
 
-def note_volume(translation: Translation, subject: str, seen: dict[str, Any], *, has_transfer: bool = False) -> None:
-    """Name the settings of an object that have no effect on its volume; ``seen``: as ``seen_as`` gives it."""
-    if has_transfer and seen["hidden_from"]:
-        translation.note(subject, "its Ray Visibility has no effect on a volume with a transfer function")
+SCATTERED = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION
+
+
+def note_volume(translation: Translation, subject: str, seen: dict[str, Any], *, has_shadows: bool = False) -> None:
+    """Name the settings of an object that have no effect on its volume.
+
+    ``seen``: as ``seen_as`` gives it. ``has_shadows``: the volume has a transfer function whose lighting has shadows.
+    """
+    if has_shadows and seen["hidden_from"] & SCATTERED not in (Rays.NONE, SCATTERED):
+        translation.note(
+            subject,
+            "its volume with a transfer function is hidden from diffuse, glossy and transmitted rays only together; "
+            "switch all three off, or none",
+        )
     if seen["is_shadow_catcher"]:
         translation.note(subject, "it is a shadow catcher, and its volume is none")
 

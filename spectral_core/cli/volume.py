@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 NAMED = {
     "width of a view": "the width in --size", "height of a view": "the height in --size", "azimuth_deg": "--azimuth",
-    "elevation_deg": "--elevation", "zoom": "--zoom", "fov_deg": "--fov",
+    "elevation_deg": "--elevation", "zoom": "--zoom", "fov_deg": "--fov (0 for orthographic)",
 }  # fmt: skip
 QUALITY_DB = {"draft": 35.0, "preview": 42.0, "good": 50.0, "best": 60.0}
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from spectral_core.errors import UnknownNameError
 from spectral_core.render.lens.camera_rays import camera_frame
-from spectral_core.scene import Camera, Film, Scene, VolumeObject
+from spectral_core.scene import Camera, Film, Rays, Scene, VolumeObject
 from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.mitsuba_integrator.plugin import register_integrator
@@ -82,4 +82,8 @@ def _item(volume: VolumeObject, lighting: str, *, spectral: bool, own_light: boo
     own = unit if own_light else 0.0
     gains = tuple(1.0 if m.lit and lighting != "even" else own for m in volume.transfer.materials)
     field = ScalarVolume(volume.name, volume.data, volume.world_from_index)
-    return SceneVolume(field, volume.transfer, gains, volume.rule)
+    seen = ~volume.hidden_from
+    scattered = bool(seen & (Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION))
+    return SceneVolume(
+        field, volume.transfer, gains, volume.rule, bool(seen & Rays.CAMERA), bool(seen & Rays.SHADOW), scattered
+    )

@@ -86,7 +86,9 @@ def _object(volume: VolumeObject, name: str, group: str) -> tuple[Material, Inst
     grid = MediumGrid(world_from_index, *(np.minimum(part, 1.0).astype(np.float32) for part in parts))
     medium = ScatteringMedium(density, gray(1.0), emission_color=gray(1.0), emission_strength=strength, grid=grid)
     place = volume.world_from_index @ index_box(volume.data.shape, BORDER_MARGIN)
-    instance = Instance(name, unit_box().name, place, (name,), group, shown_as=volume.name)
+    instance = Instance(
+        name, unit_box().name, place, (name,), group, shown_as=volume.name, hidden_from=volume.hidden_from
+    )
     return Material(name, None, medium), instance
 
 

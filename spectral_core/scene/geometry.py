@@ -228,7 +228,8 @@ class VolumeObject:
     ``data``: (nx, ny, nz), any integer or float type. ``world_from_index``: (4, 4), voxel centers to world space.
     ``transfer``: a ``spectral_core.volume`` transfer function (not typed here, because ``scene`` does not import
     ``volume``). ``rule`` and ``quality`` (SNR of the picture in dB, 10 to 90): as ``spectral_core.volume`` defines
-    them. ``lighting``: one of ``spectral_core.render.volumes.LIGHTING``.
+    them. ``lighting``: one of ``spectral_core.render.volumes.LIGHTING``. ``hidden_from``: rays that pass it, scattered
+    ones only together unless there are other media.
     """
 
     name: str
@@ -238,12 +239,12 @@ class VolumeObject:
     rule: str = "auto"
     quality: float = 50.0
     lighting: str = "scene"
+    hidden_from: Rays = Rays.NONE
 
     def __post_init__(self) -> None:
         if np.ndim(self.data) != 3:
-            raise InvalidInputError(
-                f"volume {self.name!r} has data of shape {np.shape(self.data)}; expected (nx, ny, nz)"
-            )
+            shape = np.shape(self.data)
+            raise InvalidInputError(f"volume {self.name!r} has data of shape {shape}; expected (nx, ny, nz)")
         object.__setattr__(self, "world_from_index", affine(f"volume {self.name!r}", self.world_from_index))
         require_range(f"the quality of volume {self.name!r}", self.quality, 10.0, 90.0, " dB")
 

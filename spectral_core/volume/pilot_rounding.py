@@ -48,13 +48,26 @@ def other_roundings(
     ``transfer``.
     """
     near = tuple(renderer.types.Float64(each) for each in beside(view, renderer.volume, x, y))
-    changes: list[tuple[dict[str, Any], float]] = [({"pixels": near}, 20.0 * math.log10(_ASIDE))]
+    # Where the function has no jump, colors change in proportion to the way. Rays pass an edge, or a tip that grows as
+    # the root of the way, in proportion to its root.
+    power = 10.0 if has_jump(transfer) else 20.0
+    changes: list[tuple[dict[str, Any], float]] = [({"pixels": near}, power * math.log10(_ASIDE))]
     camera = beside_camera(view, renderer.volume)
     changes += [] if camera is None else [({"view": camera}, 0.0)]
     for times in _SHIFTS:
         knots = shifted_knots(transfer, times * renderer.rounding)
         changes += [] if knots is None else [({"transfer": knots}, 20.0 * math.log10(times))]
     return changes
+
+
+def has_jump(transfer: TransferFunction) -> bool:
+    """True if the extinction or the emission of a material jumps."""
+    for material in transfer.materials:
+        same = np.diff(material.values) == 0
+        for heights in (material.extinction, material.emission):
+            if heights is not None and bool(np.any(np.diff(heights)[same])):
+                return True
+    return False
 
 
 def shifted_knots(transfer: TransferFunction, shift: float) -> TransferFunction | None:

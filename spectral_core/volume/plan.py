@@ -15,12 +15,16 @@ import time
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from spectral_core.checks import require_range
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import QUADRATURES, Quadrature, no_integrals, quadratures_of
 from spectral_core.volume.march.rules import RULES, Rule
-from spectral_core.volume.pilot import MOST_RAYS, PILOT_RAYS, Pilot, RayTracer, Trial
+from spectral_core.volume.pilot import MOST_RAYS, PILOT_RAYS, Pilot, RayTracer
+from spectral_core.volume.pilot_trials import Trial
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -33,6 +37,8 @@ _SHORT_DB = 0.5  # dB below the target that still count as reached: no viewer ca
 _CLEAR_DB, _BEST_DB = 12.0, 90.0
 # More rays are taken while the relative standard error of the error energy is above this, which is about 0.4 dB.
 _SPREAD = 0.1
+_FAINT = 0.5  # optical depth of a voxel up to which a few pixels with a small object do not count
+_SEARCHES = 3  # times that the pixels are looked for in which the chosen steps are wrong
 
 
 @dataclass(frozen=True)
@@ -113,12 +119,21 @@ def plan(
     if not ways:
         raise no_integrals()
     pilot = Pilot(renderer, view, transfer, quality)
-    trials = _tried(pilot, ways, quality)
-    first, best = pilot, pilot.solve(_choose(trials, quality).stepping, quality, _CHOSEN_DB)
+    trials, best = _found(pilot, ways, quality)
+    for _ in range(_SEARCHES):
+        odd = _odd_pixels(pilot, best)
+        if not len(odd):
+            break
+        pilot = pilot.joined(odd)
+        same = pilot.try_out(best.stepping)
+        if same.snr_db >= quality - _SHORT_DB:
+            best = same
+            break
+        trials, best = _found(pilot, ways, quality)  # another way may be right in these pixels, too
+    first = pilot
     pilot, best = _stated(pilot, best, quality)
     if best.snr_db < quality - _SHORT_DB and pilot.count > first.count:  # another way may be right on more rays, too
-        trials = _tried(pilot, ways, quality)
-        best = pilot.solve(_choose(trials, quality).stepping, quality, _CHOSEN_DB)
+        trials, best = _found(pilot, ways, quality)
     return Plan(
         best.stepping,
         best.snr_db,
@@ -147,6 +162,23 @@ def _ways(rule: str, quadrature: str) -> list[Stepping]:
     if rule == "auto" and "preintegrated" in quadratures:
         ways.append(Stepping("cells", "preintegrated"))
     return ways
+
+
+def _found(pilot: Pilot, ways: list[Stepping], quality_db: float) -> tuple[tuple[Trial, ...], Trial]:
+    """Every way's trial, and the chosen one at the target."""
+    trials = _tried(pilot, ways, quality_db)
+    return trials, pilot.solve(_choose(trials, quality_db).stepping, quality_db, _CHOSEN_DB)
+
+
+def _odd_pixels(pilot: Pilot, best: Trial) -> NDArray[np.int64]:
+    """(n, 2) pixels that pilot rays may have missed.
+
+    A sample without an error says nothing of a few pixels, and one whose error is that of a few rays says little. Where
+    a voxel is opaque, an object smaller than a step is as bright as a large one, so that any sample may have missed it.
+    """
+    is_measured = math.isfinite(best.snr_db) and not best.is_bound and best.spread <= _SPREAD
+    is_certain = is_measured and pilot.opacity <= _FAINT
+    return np.zeros((0, 2), np.int64) if pilot.is_whole or is_certain else pilot.odd_pixels(best)
 
 
 def _tried(pilot: Pilot, ways: list[Stepping], quality_db: float) -> tuple[Trial, ...]:
@@ -207,13 +239,9 @@ def _stated(pilot: Pilot, best: Trial, quality_db: float) -> tuple[Pilot, Trial]
     ):
         pilot = pilot.sharper()
         best = pilot.try_out(best.stepping)
-    while (
-        pilot.count < MOST_RAYS
-        and not pilot.is_whole
-        and (best.spread > _SPREAD or (best.is_bound and pilot.misses(best, quality_db)))
-    ):
+    while pilot.count < MOST_RAYS and not pilot.is_whole and best.spread > _SPREAD:
         # Few rays carry much of the error: of four times as many rays, four times as many are of this kind.
-        pilot = pilot.denser(quality_db if best.is_bound else pilot.quality_db)
+        pilot = pilot.denser(pilot.quality_db)
         best = pilot.solve(best.stepping, quality_db, 5 * _CHOSEN_DB, tries=4)
     return pilot, best
 

@@ -239,3 +239,26 @@ def test_a_cloud_of_a_modifier_is_saved_once(stage, folder):
     updated(stage, lambda _stage: setattr(modifier, "density", 3.0))
     assert len(files(folder)) == 1 and files(folder) != before
     is_up_to_date(stage)
+
+
+def test_a_script_that_sets_other_curves_or_lighting_updates_the_view(volumes):
+    """Curves are a pointer to a node group: an assignment has to tell the view, as every other property does."""
+    from blender_addon.translate.volume_looks.curves import add_material, curve_node
+
+    data = bpy.data.volumes["Cloud 0"]
+    data.spectral.enabled = True
+    entry = add_material(data, "Fog")
+    updated(volumes)
+    before = is_up_to_date(volumes).volumes[0].transfer.materials[0].extinction.max()
+    assert before > 0
+    other = data.spectral.curves.copy()
+    curve = other.nodes[f"{entry.uid} density"].mapping
+    for point in curve.curves[0].points:
+        point.location = (point.location[0], 0.5 * point.location[1])
+    curve.update()
+    updated(volumes)
+    assert is_up_to_date(volumes).volumes[0].transfer.materials[0].extinction.max() == before
+    updated(volumes, lambda s: setattr(data.spectral, "curves", other))
+    assert data.spectral.curves == other and curve_node(data, entry, "density") is not None
+    after = is_up_to_date(volumes).volumes[0].transfer.materials[0].extinction.max()
+    assert after == pytest.approx(0.5 * before)

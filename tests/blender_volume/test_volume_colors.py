@@ -10,6 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from spectral_core.scene import Rays  # noqa: E402
 from tests.blender_volume.test_volume_objects import _openvdb, imported, translated  # noqa: E402, F401
 
 
@@ -37,13 +38,18 @@ def test_lighting_and_edges_reach_the_renderer(blender, ramp):
         assert volume.transfer.materials[0].gradient_values.max() > 0
 
 
-def test_visibility_that_a_volume_does_not_follow_is_named(blender, ramp):
+def test_a_volume_follows_the_visibility_of_its_object(blender, ramp):
     thing = imported(ramp[0], preset="wide")
-    assert not any("Ray Visibility" in note.message for note in translated().notes)
-    for name in ("visible_glossy", "visible_shadow"):
-        setattr(thing, name, False)
-        assert [note.subject for note in translated().notes if "Ray Visibility" in note.message] == [thing.name]
-        setattr(thing, name, True)
+    thing.data.spectral.lighting = "shadows"
+    assert translated().volumes[0].hidden_from == Rays.NONE
+    thing.visible_camera = thing.visible_shadow = False
+    scene = translated()
+    assert scene.volumes[0].hidden_from == Rays.CAMERA | Rays.SHADOW
+    assert not [note for note in scene.notes if note.subject == thing.name and "hidden" in note.message]
+    thing.visible_glossy = False  # scattered rays are not told apart
+    assert [note.subject for note in translated().notes if "only together" in note.message] == [thing.name]
+    thing.visible_diffuse = thing.visible_transmission = False
+    assert not any("only together" in note.message for note in translated().notes)
 
 
 @pytest.mark.parametrize("collection", ["receiver_collection", "blocker_collection"])

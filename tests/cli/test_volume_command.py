@@ -147,6 +147,10 @@ def test_the_error_of_a_two_dimensional_function_is_measured(capsys, tmp_path):
         ),
         (["sample:engine", "--transfer", "{wide}", "--field", "x"], "--field has no effect here: a sample is not read"),
         (["sample:engine", "--transfer", "{wide}", "--azimuth", "inf"], "--azimuth is inf°; expected a value from"),
+        (
+            ["sample:engine", "--transfer", "{wide}", "--fov=-5"],
+            "--fov (0 for orthographic) is -5.0°; expected a value",
+        ),
         (["sample:engin", "--transfer", "{wide}"], "did you mean 'engine'"),
         (["sample:engine:1e3", "--transfer", "{wide}"], "expected sample:NAME or sample:NAME:SIZE"),
         (["sample:engine:²", "--transfer", "{wide}"], "expected sample:NAME or sample:NAME:SIZE"),

@@ -15,7 +15,9 @@ from spectral_core.volume import pilot as module
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import REFERENCE, USUAL
-from spectral_core.volume.pilot import Pilot, Trial, _next_log_scale, cheapest, pilot_places, snr_db
+from spectral_core.volume.pilot import Pilot, snr_db
+from spectral_core.volume.pilot_places import pilot_places
+from spectral_core.volume.pilot_trials import Trial, cheapest, next_log_scale
 from spectral_core.volume.view import View
 from tests.volume.cases import two_tents
 
@@ -204,23 +206,23 @@ def test_the_cheapest_of_those_that_reach_and_the_best_of_others() -> None:
 def test_the_next_scale_at_the_limits_of_its_rules() -> None:
     decade = math.log(10)
     # one trial above: coarser at second order, by at most two e-folds
-    assert _next_log_scale([trial(1.0, 50.0)], 40.0) == pytest.approx(10 / 40 * decade)
-    assert _next_log_scale([trial(1.0, 500.0)], 40.0) == pytest.approx(2.0)
-    assert _next_log_scale([trial(2.0, math.inf)], 40.0) == pytest.approx(math.log(2) + 2.0)
+    assert next_log_scale([trial(1.0, 50.0)], 40.0) == pytest.approx(10 / 40 * decade)
+    assert next_log_scale([trial(1.0, 500.0)], 40.0) == pytest.approx(2.0)
+    assert next_log_scale([trial(2.0, math.inf)], 40.0) == pytest.approx(math.log(2) + 2.0)
     # interpolation on both sides keeps fifteen hundredths from either end
     both = [trial(1.0, 60.0), trial(math.e, 40.0)]
     for target, part in ((41.0, 0.85), (59.0, 0.15), (50.0, 0.5), (55.0, 0.25)):
-        assert _next_log_scale(both, target) == pytest.approx(part)
-    assert _next_log_scale([trial(1.0, math.inf), trial(math.e, 40.0)], 50.0) == pytest.approx(0.5)
+        assert next_log_scale(both, target) == pytest.approx(part)
+    assert next_log_scale([trial(1.0, math.inf), trial(math.e, 40.0)], 50.0) == pytest.approx(0.5)
     # where the finer trial is the worse one, the nearest decides
     odd = [trial(1.0, 30.0), trial(2.0, 44.0)]
-    assert _next_log_scale(odd, 40.0) == pytest.approx(math.log(2) + 4 / 40 * decade)
+    assert next_log_scale(odd, 40.0) == pytest.approx(math.log(2) + 4 / 40 * decade)
     # none reaches it: the slope at the fine end, at most two and a half times the second-order distance
     for slope_db, factor in ((-5.0, 2.5), (-20.0, 2.0), (-80.0, 0.5), (-200.0, 0.5), (+5.0, 2.5)):
         below = [trial(1.0, 20.0), trial(10.0, 20.0 + slope_db)]
         left = min(10.0, 10.0 - slope_db)
         expected = -min(2.0, left / 40 * decade * factor)
-        assert _next_log_scale(below, 30.0) == pytest.approx(expected, rel=1e-9)
+        assert next_log_scale(below, 30.0) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("fov", [None, 40.0])

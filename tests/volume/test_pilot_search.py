@@ -6,7 +6,8 @@ import math
 import pytest
 
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot import Pilot, Trial, _is_beaten, _next_log_scale
+from spectral_core.volume.pilot import Pilot
+from spectral_core.volume.pilot_trials import Trial, is_beaten, next_log_scale
 
 
 def trial(scale: float, snr_db: float, *, steps: float = 10.0, samples: float = 8.0) -> Trial:
@@ -14,29 +15,29 @@ def trial(scale: float, snr_db: float, *, steps: float = 10.0, samples: float = 
 
 
 def test_one_trial_is_extrapolated_at_second_order():
-    assert _next_log_scale([trial(1.0, 40.0)], 60.0) == pytest.approx(math.log(10.0**-0.5))
+    assert next_log_scale([trial(1.0, 40.0)], 60.0) == pytest.approx(math.log(10.0**-0.5))
 
 
 @pytest.mark.parametrize("db_per_decade", [20.0, 30.0, 60.0])
 def test_trials_below_the_target_are_extrapolated_by_their_slope(db_per_decade):
     trials = [trial(scale, 30.0 - db_per_decade * math.log10(scale)) for scale in (1.0, 0.7)]
     reached = math.log(10.0 ** (-20.0 / db_per_decade))
-    assert _next_log_scale(trials, 50.0) == pytest.approx(max(reached, math.log(0.7) - 2.0), abs=1e-9)
+    assert next_log_scale(trials, 50.0) == pytest.approx(max(reached, math.log(0.7) - 2.0), abs=1e-9)
 
 
 def test_trials_on_both_sides_of_the_target_are_interpolated():
-    assert _next_log_scale([trial(0.5, 60.0), trial(2.0, 40.0)], 50.0) == pytest.approx(0.0)
+    assert next_log_scale([trial(0.5, 60.0), trial(2.0, 40.0)], 50.0) == pytest.approx(0.0)
     # Never near an end, so that the interval shrinks where the curve is steep.
-    assert _next_log_scale([trial(1.0, 60.0), trial(math.e, 50.0)], 50.1) == pytest.approx(0.85)
+    assert next_log_scale([trial(1.0, 60.0), trial(math.e, 50.0)], 50.1) == pytest.approx(0.85)
 
 
 def test_a_search_ends_only_where_a_rival_takes_less_time_and_fewer_samples():
     rival = trial(1.0, 51.0, steps=10.0, samples=8.0)
-    assert _is_beaten(trial(1.0, 45.0, steps=20.0, samples=9.0), rival, 50.0)
-    assert not _is_beaten(trial(1.0, 45.0, steps=20.0, samples=8.2), rival, 50.0)
-    assert not _is_beaten(trial(1.0, 45.0, steps=9.0, samples=9.0), rival, 50.0)
-    assert not _is_beaten(trial(1.0, 50.5, steps=20.0, samples=9.0), rival, 50.0)
-    assert not _is_beaten(trial(1.0, 45.0, steps=20.0, samples=9.0), trial(1.0, 49.0), 50.0)
+    assert is_beaten(trial(1.0, 45.0, steps=20.0, samples=9.0), rival, 50.0)
+    assert not is_beaten(trial(1.0, 45.0, steps=20.0, samples=8.2), rival, 50.0)
+    assert not is_beaten(trial(1.0, 45.0, steps=9.0, samples=9.0), rival, 50.0)
+    assert not is_beaten(trial(1.0, 50.5, steps=20.0, samples=9.0), rival, 50.0)
+    assert not is_beaten(trial(1.0, 45.0, steps=20.0, samples=9.0), trial(1.0, 49.0), 50.0)
 
 
 class InTune(Pilot):

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot import MOST_RAYS, Trial
+from spectral_core.volume.pilot import MOST_RAYS
+from spectral_core.volume.pilot_trials import Trial
 from spectral_core.volume.plan import _choose, _interval, _stated, _tried
 
 MIDPOINT, TABLE = Stepping("uniform", "midpoint"), Stepping("uniform", "preintegrated")
@@ -123,9 +124,6 @@ class Refining:
         self.done: list[str] = []
         self.is_rounded = self.is_whole = False
 
-    def misses(self, trial: Trial, quality_db: float) -> bool:
-        return self.count < 1600
-
     def sharper(self) -> Refining:
         self.done.append("sharper")
         self.reference_db, self.quality_db = self.reference_db + 10.0, self.quality_db + 10.0
@@ -171,12 +169,3 @@ def test_rays_are_added_until_the_error_is_certain_or_there_are_enough() -> None
     pilot = Refining(200.0, MOST_RAYS // 4, lambda _: 1.0)
     _stated(pilot, pilot.try_out(CELLS), 50.0)  # type: ignore[arg-type]
     assert pilot.done == ["denser for 60 dB"]
-
-
-def test_rays_are_added_where_those_of_the_pilot_miss_an_error() -> None:
-    bound = replace(trial(CELLS, 90.0, 1.0), is_bound=True)
-    for is_whole, expected in ((False, ["denser for 50 dB"]), (True, [])):
-        pilot = Refining(200.0, 400, lambda _: 0.0)
-        pilot.is_whole = is_whole
-        _stated(pilot, bound, 50.0)  # type: ignore[arg-type]
-        assert pilot.done == expected

@@ -112,23 +112,29 @@ def _integrator_class() -> Any:
 
         def march(self, scene: Any, sampler: Any, ray: Any, line: WorldRay, active: Any) -> Any:
             """(amounts, transmittance, light) of all fields up to the first surface."""
-            placed, settings = self.fields.placed, self.settings
+            fields, settings = self.fields, self.settings
             phase = 1.0 - sampler.next_1d(active) if settings.jitter else None
-            colors = [color for each in self.fields.colors for color in each.at(ray.wavelengths)]
+            placed, seen = fields.those("in_camera"), [item for item in fields.items if item.in_camera]
+            if not placed:
+                none = mi.Float(line.end) * 0.0
+                return fields.of_all([], none), none + 1.0, mi.Spectrum(0.0)
+            every = zip(fields.items, fields.colors, strict=True)
+            colors = [color for item, each in every if item.in_camera for color in each.at(ray.wavelengths)]
             path = path_through(placed, line, phase)
             if settings.shading:
-                lit = [material.lit for item in self.fields.items for material in item.transfer.materials]
-                shade = Lit(scene, placed, colors, lit, settings).shade(line, ray)
+                lit = [material.lit for item in seen for material in item.transfer.materials]
+                shade = Lit(scene, placed, fields.those("in_shadow"), colors, lit, settings).shade(line, ray)
                 out = march(path, shade=shade, light=mi.Spectrum(0.0), sampler=sampler)
-                return out.amounts, out.transmittance, out.light
+                return fields.of_all(out.amounts, out.transmittance * 0.0), out.transmittance, out.light
             out = march(path)
             light = sum((a * c for a, c in zip(out.amounts, colors, strict=True)), mi.Spectrum(0.0))
-            return out.amounts, out.transmittance, light
+            return fields.of_all(out.amounts, out.transmittance * 0.0), out.transmittance, light
 
         def behind(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
             """(light, True if there is any) from surfaces and the environment behind the fields."""
             if self.settings.shadows:
-                return surface_light(scene, sampler, ray, self.fields.placed, active, self.settings.max_depth)
+                passed, occluders = self.fields.those("in_bounces"), self.fields.those("in_shadow")
+                return surface_light(scene, sampler, ray, passed, occluders, active, self.settings.max_depth)
             if self.surface is None:
                 return mi.Spectrum(0.0), mi.Bool(False)
             light, valid, *_ = self.surface.sample(scene, sampler, mi.RayDifferential3f(ray), None, active)

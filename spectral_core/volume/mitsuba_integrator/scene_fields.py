@@ -61,6 +61,15 @@ class SceneFields:
         marks = [name if fields.count(name) == 1 else f"{name} {i + 1}" for i, name in enumerate(fields)]
         return [f"{mark}.{name}" for mark, i in zip(marks, self.items, strict=True) for name in i.transfer.names]
 
+    def those(self, visibility: str) -> list[Placed]:
+        """The placed fields whose ``in_camera``, ``in_shadow`` or ``in_bounces`` is True."""
+        return [placed for item, placed in zip(self.items, self.placed, strict=True) if getattr(item, visibility)]
+
+    def of_all(self, amounts: list[Any], none: Any) -> list[Any]:
+        """The amounts of every material, from those of the fields that the camera sees; ``none`` for the others."""
+        left = iter(amounts)
+        return [next(left) if item.in_camera else none for item in self.items for _ in item.transfer.materials]
+
     def prepare(self, view: View | None) -> None:
         """Choose steps (for ``view``, else for one around each field) and put everything on the device."""
         key = None if view is None else view.key

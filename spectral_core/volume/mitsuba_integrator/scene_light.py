@@ -13,8 +13,8 @@ from spectral_core.volume.mitsuba_integrator.settings import VolumeSettings
 
 
 def transmittance(volumes: list[Placed], ray: WorldRay) -> Any:
-    """Transmittance of all fields between the ray's origin and its end."""
-    return march(path_through(volumes, ray)).transmittance
+    """Transmittance of fields between the ray's origin and its end; 1 without a field."""
+    return type(ray.end)(1.0) if not volumes else march(path_through(volumes, ray)).transmittance
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,13 @@ class Lit:
     """Shading of lit materials by the scene's emitters: Lambert on both sides of the isosurface through a sample.
 
     Where the gradient vanishes there is no surface, and light scatters evenly in all directions. One emitter is sampled
-    per step; ``shadows``: True to test for surfaces or fields in between. ``colors`` and ``lit`` are per material.
+    per step; ``shadows``: True to test for surfaces, or ``occluders`` among the fields, in between. ``colors`` and
+    ``lit`` are per material.
     """
 
     scene: Any
     volumes: list[Placed]
+    occluders: list[Placed]
     colors: list[Any]
     lit: list[bool]
     settings: VolumeSettings
@@ -47,7 +49,7 @@ class Lit:
             )
             if self.settings.shadows:
                 toward = WorldRay(point, found.d, dr.select(active & (found.pdf > 0), found.dist, 0.0))
-                weight *= transmittance(self.volumes, toward)
+                weight *= transmittance(self.occluders, toward)
             start = 0
             for volume in self.volumes:
                 facing = facing_light(volume, point, found.d)
@@ -84,10 +86,16 @@ def facing_light(volume: Placed, point: Any, toward: Any) -> Any:
 
 
 def surface_light(
-    scene: Any, sampler: Any, ray: Any, volumes: list[Placed], active: Any, max_depth: int
+    scene: Any,
+    sampler: Any,
+    ray: Any,
+    volumes: list[Placed],
+    occluders: list[Placed],
+    active: Any,
+    max_depth: int,
 ) -> tuple[Any, Any]:
     """(light, True if a surface or the environment is there) along ``ray``, with attenuation of every later segment by
-    fields.
+    the fields ``volumes``, and of the way to a lamp by ``occluders``.
 
     A path tracer with light sampling and BSDF sampling joined by the balance heuristic. The first segment is the
     caller's, which has marched it already. Later segments lose light in the fields and gain none of theirs.
@@ -121,7 +129,7 @@ def surface_light(
         value, chance = bsdf.eval_pdf(context, hit, hit.to_local(lamp.d), smooth)
         chance = dr.select(lamp.delta, 0.0, chance)
         share = lamp.pdf / dr.maximum(lamp.pdf + chance, 1e-30)
-        gained = throughput * value * weight * share * transmittance(volumes, shadow)
+        gained = throughput * value * weight * share * transmittance(occluders, shadow)
         light = light + dr.select(smooth, gained, 0.0)
 
         pick, weight = bsdf.sample(context, hit, sampler.next_1d(active), sampler.next_2d(active), active)

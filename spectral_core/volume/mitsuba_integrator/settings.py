@@ -28,14 +28,18 @@ class SceneVolume:
     """A field and its transfer function; its name is the prefix of its extra channels.
 
     ``gains``, one per material, multiply its light (None: 1). They are separate from the colors, because the spectrum
-    of half a color is not half its spectrum. ``rule`` is its step rule, None for that of the integrator. Raises
-    InvalidInputError for voxels of a size that is not rendered.
+    of half a color is not half its spectrum. ``rule`` is its step rule, None for that of the integrator. The camera
+    sees it only with ``in_camera``; it takes light from lamps to what they light only with ``in_shadow``, and from
+    later segments of paths only with ``in_bounces``. Raises InvalidInputError for voxels of a size not rendered.
     """
 
     volume: ScalarVolume
     transfer: TransferFunction
     gains: tuple[float, ...] | None = None
     rule: str | None = None
+    in_camera: bool = True
+    in_shadow: bool = True
+    in_bounces: bool = True
 
     def __post_init__(self) -> None:
         self.volume.require_renderable()  # an error inside of Mitsuba would be the text of a traceback

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Places of pilot rays in a picture: a sample of the visible part, all of its pixels, or a sample and single pixels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.volume.view import View
+
+Array = NDArray[np.float64]
+Pixels = NDArray[np.int64]
+
+Compared = Callable[[Array, Array], tuple[Array, Array]]
+
+_BAND = 1 << 20  # pixels that are marched at a time
+_NEGLIGIBLE = 10.0**-9.5  # of a picture's energy: what all differences that are left out have together at most
+
+
+@dataclass(frozen=True)
+class Places:
+    """Picture coordinates ``x``, ``y`` (n,) of rays, in pixels: first ``sampled`` rays of a sample, then single ones.
+
+    ``weights`` (n,): how much the squared color of each ray counts; 1 for those of the sample outside of the pixels
+    ``single`` (m, 2), and 0 inside. ``is_whole``: they are all pixels of the visible part, and none is a sample.
+    """
+
+    x: Array
+    y: Array
+    weights: Array
+    sampled: int
+    single: Pixels
+    is_whole: bool
+
+
+def places_with(view: View, corners: Array, count: int, single: Pixels | None = None) -> Places:
+    """About ``count`` places over the rectangle that ``corners`` project to, and the centers of the pixels ``single``.
+
+    A ray of the sample counts as much as its share of the pixels that are not single.
+    """
+    x, y, is_whole = pilot_places(view, corners, count)
+    pixels = np.zeros((0, 2), np.int64) if single is None or is_whole else np.unique(single, axis=0)
+    weights, n = np.ones(len(x)), len(x)
+    if len(pixels):
+        first, last = rectangle(view, corners)[2:]
+        flat = np.floor(x).astype(np.int64) * view.height + np.floor(y).astype(np.int64)
+        weights = np.where(np.isin(flat, pixels[:, 0] * view.height + pixels[:, 1]), 0.0, 1.0)
+        others = max(int(np.prod(last - first)) - len(pixels), 1)
+        own = max(float(weights.sum()), 1.0) / others
+        weights = np.append(weights, np.full(len(pixels), own))
+        x, y = np.append(x, pixels[:, 0] + 0.5), np.append(y, pixels[:, 1] + 0.5)
+    return Places(x, y, weights, n, pixels, is_whole)
+
+
+def most_apart(view: View, corners: Array, compared: Compared, most: int) -> Pixels:
+    """(n, 2) columns and rows of at most ``most`` pixels in which two pictures differ most, without negligible ones.
+
+    ``compared`` takes the centers x and y of pixels and returns (pixels,) differences and energies of their colors. It
+    is asked for all pixels of the rectangle that ``corners`` project to, some rows at a time.
+    """
+    first, last = rectangle(view, corners)[2:]
+    rows = max(4, _BAND // max(int(last[0] - first[0]), 1) // 4 * 4)
+    found, at, energy = np.zeros(0), np.zeros((0, 2)), 0.0
+    for top in range(int(first[1]), int(last[1]), rows):
+        x, y = _in_tiles((int(first[0]), top), (int(last[0]), min(top + rows, int(last[1]))))
+        apart, energies = compared(x, y)
+        energy += float(np.sum(energies))
+        found, at = np.append(found, apart), np.concatenate([at, np.stack([x, y], axis=-1)])
+        largest = np.argsort(-found)[:most]
+        found, at = found[largest], at[largest]
+    return np.floor(at[found > _NEGLIGIBLE * energy / most]).astype(np.int64)
+
+
+def rectangle(view: View, corners: Array) -> tuple[Array, Array, Pixels, Pixels]:
+    """Least and greatest picture coordinates that ``corners`` project to, in pixels, and its first and last pixels."""
+    inverse = np.linalg.inv(view.world_from_camera)
+    local = corners @ inverse[:3, :3].T + inverse[:3, 3]
+    picture = np.array([[0.0, 0.0], [view.width, view.height]])
+    if view.fov_deg is None:
+        scale = view.width / view.ortho_width
+        places = picture[1] / 2 - local[:, :2] * scale
+    elif local[:, 2].min() > 1e-3 * local[:, 2].max():
+        scale = view.width / (2 * math.tan(math.radians(view.fov_deg) / 2))
+        places = picture[1] / 2 - local[:, :2] / local[:, 2:] * scale
+    else:  # the camera is inside the field, or part of the field is behind it
+        places = picture
+    low, high = np.clip(places.min(0), picture[0], picture[1]), np.clip(places.max(0), picture[0], picture[1])
+    first, last = np.floor(low).astype(int), np.ceil(high).astype(int)
+    return low, high, first, last
+
+
+def _in_tiles(first: tuple[int, int], last: tuple[int, int]) -> tuple[Array, Array]:
+    """Centers (x, y) of the pixels from ``first`` to before ``last``, in tiles of 4×4: rays of one packet should be
+    neighbors.
+    """
+    row, column = np.mgrid[first[1] : last[1], first[0] : last[0]]
+    order = np.lexsort((column.ravel() % 4, row.ravel() % 4, column.ravel() // 4, row.ravel() // 4))
+    return column.ravel()[order] + 0.5, row.ravel()[order] + 0.5
+
+
+def pilot_places(view: View, corners: Array, count: int) -> tuple[Array, Array, bool]:
+    """(x, y, True if they are all pixels) of pilot rays, in pixels, over the rectangle that ``corners`` project to.
+
+    ``corners`` (n, 3) in world space. Where the rectangle has about ``count`` pixels or fewer, their centers are taken.
+    """
+    low, high, first, last = rectangle(view, corners)
+    if 0 < np.prod(last - first) <= 1.3 * count:
+        return *_in_tiles((int(first[0]), int(first[1])), (int(last[0]), int(last[1]))), True
+    index = np.arange(count)
+    # A rank-1 lattice: none of its rows or columns is parallel to those of the voxels.
+    across = (index * 0.6180339887498949) % 1.0
+    down = (index + 0.5) / count
+    tiles = max(1, round(math.sqrt(count / 16)))
+    order = np.lexsort((across * tiles // 1, down * tiles // 1))
+    across, down = across[order], down[order]
+    # At centers of pixels: a ray beside them may meet an object of which the picture shows nothing.
+    places = low + np.stack([across, down], axis=-1) * (high - low)
+    centers = np.clip(np.floor(places), first, np.maximum(last - 1, first)) + 0.5
+    return centers[:, 0], centers[:, 1], False

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Objects of a few pixels, which a sample of rays misses: they are found, shown, and count in the stated error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.volume.checks.exact import exact_amounts
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping
+from spectral_core.volume.pilot import PILOT_RAYS, Pilot
+from spectral_core.volume.pilot_places import most_apart, pilot_places, places_with, rectangle
+from spectral_core.volume.pilot_rounding import other_roundings
+from spectral_core.volume.pilot_trials import Trial
+from spectral_core.volume.plan import _odd_pixels, plan
+from spectral_core.volume.renderer import VolumeRenderer
+from spectral_core.volume.transfer import Material, TransferFunction
+from spectral_core.volume.view import View
+
+COLOR = np.array([0.9, 0.5, 0.2])
+
+
+def measured_db(volume: ScalarVolume, transfer: TransferFunction, view: View, amounts: np.ndarray) -> float:
+    """SNR of a picture against the exact marcher of the benchmarks, which shares nothing with the product."""
+    exact = exact_amounts(volume, transfer, view, 64) @ transfer.colors
+    error = amounts.astype(np.float64) @ transfer.colors - exact
+    return 10.0 * math.log10(np.sum(exact**2) / max(np.sum(error**2), 1e-300))
+
+
+@pytest.mark.parametrize(("azimuth", "is_flat"), [(12.0, True), (60.0, True), (200.0, True), (200.0, False)])
+def test_two_stars_in_an_empty_field_are_shown(azimuth, is_flat):
+    """No pilot ray met them: the picture was black at uniform steps of 4 voxels, and "no error expected" was stated."""
+    data = np.zeros((40, 40, 40), np.float32)
+    data[4, 5, 6] = data[34, 33, 35] = 1.0
+    volume = ScalarVolume("stars", data)
+    star = Material("star", [0.8, 1.0], [0.0, 20.0], COLOR)
+    transfer = TransferFunction((star,))
+    # weights of 1 make it two-dimensional, so that it has no pre-integrated steps, and leave its picture as it is
+    shown = transfer if is_flat else TransferFunction((replace(star, gradient_values=[0, 1], gradient_weights=[1, 1]),))
+    view = View.around(volume, azimuth, 20.0, width=384, height=384)
+    renderer = VolumeRenderer(volume)
+    made = plan(renderer, view, shown, 50.0)
+    measured = measured_db(volume, transfer, view, renderer.render(view, shown, made.stepping).amounts)
+    assert math.isfinite(made.estimate_db) and abs(made.estimate_db - measured) < 3.0
+    assert measured > 47.0 or made.shortfall
+
+
+def test_grazed_edges_of_opaque_boxes_count_beside_a_small_error_of_all_rays():
+    """The error of the sample was small and certain: 55 dB were stated for a picture of 25 dB."""
+    rng = np.random.default_rng(100026)
+    data = np.zeros((8, 8, 13), np.uint8)
+    data[1:4, 2:7, 3:6] = data[4:7, 0:4, 7:12] = 200
+    volume = ScalarVolume("boxes", data)
+    cut = 200 * 0.9822
+    boxes = Material("boxes", [cut, cut, 250], [0, 180, 180], COLOR)
+    haze = Material("haze", [-1, 0, 100, cut], [0.05, 0.05, 0, 0], COLOR[::-1])
+    transfer, renderer = TransferFunction((boxes, haze)), VolumeRenderer(volume)
+    for _ in range(3):
+        view = View.around(volume, rng.uniform(0, 360), rng.uniform(-60, 60), width=240, height=240, fov_deg=62.0)
+        made = plan(renderer, view, transfer, 40.0)
+        measured = measured_db(volume, transfer, view, renderer.render(view, transfer, made.stepping).amounts)
+        assert made.estimate_db < measured + 3.0
+
+
+def looking(width: int, height: int) -> tuple[View, np.ndarray]:
+    volume = ScalarVolume("v", np.zeros((8, 8, 8), np.uint8))
+    view = View.looking((30, 3.5, 3.5), (3.5, 3.5, 3.5), width=width, height=height, fov_deg=None, ortho_width=8.0)
+    return view, volume.corners_world
+
+
+def test_single_pixels_and_the_sample_of_the_others_add_up_to_the_picture():
+    view, corners = looking(200, 200)
+    single = np.array([[100, 100], [0, 7], [100, 100], [199, 3]])
+    places = places_with(view, corners, 500, single)
+    assert not places.is_whole and places.sampled == 500 and len(places.x) == 503
+    inside = np.isin(np.floor(places.x) * 1000 + np.floor(places.y), [100100, 7, 199003])
+    assert np.all(places.weights[:500][inside[:500]] == 0) and np.all(places.weights[:500][~inside[:500]] == 1)
+    # a sampled ray stands for its share of the 39,997 other pixels, a single one for itself
+    shares = places.weights / places.weights[-1]
+    assert shares.sum() == pytest.approx(200 * 200)
+    assert sorted(zip(places.x[500:], places.y[500:], strict=True)) == [(0.5, 7.5), (100.5, 100.5), (199.5, 3.5)]
+    x, y, _ = pilot_places(view, corners, 500)
+    assert np.array_equal(places_with(view, corners, 500).x, x) and np.array_equal(places.y[:500], y)
+
+
+@pytest.mark.parametrize("size", [(64, 48), (1500, 1400)])
+def test_the_pixels_that_differ_most_are_found_in_all_bands(size):
+    view, corners = looking(*size)
+    first, last = rectangle(view, corners)[2:]
+    rng = np.random.default_rng(5)
+    places = rng.integers(first, last, (40, 2))
+    wanted = {(int(c), int(r)): 1.0 + n for n, (c, r) in enumerate(places)}
+    seen = []
+
+    def compared(x, y):
+        seen.append(len(x))
+        apart = np.zeros(len(x))
+        for (c, r), value in wanted.items():
+            apart[(x == c + 0.5) & (y == r + 0.5)] = value
+        return apart, np.full(len(x), 1e-3)
+
+    found = [tuple(each) for each in most_apart(view, corners, compared, 10)]
+    assert found == sorted(wanted, key=lambda each: -wanted[each])[:10]
+    assert sum(seen) == np.prod(last - first) and (len(seen) > 1) == (size[0] > 1000)
+
+
+def test_every_pixel_is_looked_at_only_where_a_sample_says_little():
+    """A faint field with a measured error needs no second look; an unmeasured or uncertain error, or opacity, does."""
+    volume = ScalarVolume.from_spacing("slab", np.ones((6, 6, 6), np.float32), (1.0, 1.0, 2.0))
+    view = View.around(volume, width=200, height=200)
+    asked = []
+
+    class Watched(Pilot):
+        def odd_pixels(self, trial):
+            asked.append(trial)
+            return np.zeros((0, 2), np.int64)
+
+    def is_asked(extinction: float, trial: Trial) -> bool:
+        transfer = TransferFunction((Material("m", [0.0, 2.0], [extinction, extinction], COLOR),))
+        asked.clear()
+        _odd_pixels(Watched(VolumeRenderer(volume), view, transfer, 40.0, count=64), trial)
+        return bool(asked)
+
+    known = Trial(Stepping(), 45.0, 1.0, 1.0)
+    assert not is_asked(0.24, known) and is_asked(0.26, known)  # voxels of 2 along z
+    assert is_asked(0.1, replace(known, snr_db=math.inf)) and is_asked(0.1, replace(known, is_bound=True))
+    assert is_asked(0.1, replace(known, spread=0.2)) and PILOT_RAYS == 4096
+
+
+def test_rounding_counts_by_the_root_of_the_way_at_an_edge():
+    """At 8 roundings aside an edge is passed 8 times as often, so that the energy is 9 dB greater, not 18."""
+    volume = ScalarVolume("v", np.zeros((4, 4, 4), np.uint8))
+    view = View.around(volume, width=8, height=8)
+    x = np.full(5, 2.5)
+
+    def smaller_db(*materials: Material) -> float:
+        return other_roundings(VolumeRenderer(volume), view, TransferFunction(materials), x, x)[0][1]
+
+    ramp = Material("ramp", [0.0, 1.0], [0.0, 3.0], COLOR)
+    level = Material("level", [0.5, 0.5], [2.0, 2.0], COLOR)
+    wall = Material("wall", [0.5, 0.5], [0.0, 2.0], COLOR)
+    glow = Material("glow", [0.5, 0.5], [0.0, 0.0], COLOR, [0.0, 2.0])
+    assert smaller_db(ramp, level) == pytest.approx(18.06, abs=0.01)
+    assert smaller_db(ramp, wall) == smaller_db(glow) == pytest.approx(9.03, abs=0.01)
