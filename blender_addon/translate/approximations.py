@@ -58,7 +58,7 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
                 "faces of its smooth-shaded mesh point both outward and inward: translucent, subsurface and sheen "
                 "light differs from Cycles there; Mesh > Normals > Recalculate Outside mends the mesh"
             )
-            translation.note(instance.name, message)
+            translation.note(instance.shown_as or instance.name, message)
     if compares_faces:
         passes = enters | {
             name for name, surface in surfaces.items() if _refracts(surface) or _is_seen_through(surface)
@@ -179,23 +179,27 @@ def _adds_metals(surface: Surface | None) -> bool:
 
 def _note_faces(translation: Translation, scene: Scene, meshes: dict[str, Mesh], passes: set[str]) -> None:
     """Note faces that lie on each other; ``passes``: names of the materials that light passes through."""
+    shown = {item.name: item.shown_as or item.name for item in scene.instances}
+
+    def note(name: str, other: str, words: str) -> None:
+        """Once for an object, however many instances of it have such faces."""
+        here = "each other" if name == other else f"faces of {shown[other]!r}"
+        if name != other and shown[name] == shown[other]:
+            here = "those of another instance of it"
+        translation.note(shown[name], words.format(here))
+
     for name, other in coincident(scene, meshes, passes):
-        message = (
-            f"faces of it coincide with faces of {other!r}: Cycles loses light between them, here it is kept; "
-            "move the object by a thousandth of its size"
-        )
-        translation.note(name, message)
+        lost = "Cycles loses light between them, here it is kept; move the object by a thousandth of its size"
+        note(name, other, f"faces of it coincide with {{}}: {lost}")
     darkens = "Cycles darkens them by chance; here they look like a single face"
     twice = dict(doubled(scene, meshes))
     for name, other in twice.items():
-        place = "each other" if other == name else f"faces of {other!r}"
         remedy = "remove one of the two, as with Mesh > Merge by Distance"
-        translation.note(name, f"faces of it are the same as {place}: {darkens}; {remedy}")
+        note(name, other, f"faces of it are the same as {{}}: {darkens}; {remedy}")
     for name, other in overlapping(scene, meshes):
         if name not in twice:
-            place = "each other" if other == name else f"faces of {other!r}"
             remedy = "move one of the two by a ten-thousandth of its size"
-            translation.note(name, f"faces of it overlap {place} in one plane: {darkens}; {remedy}")
+            note(name, other, f"faces of it overlap {{}} in one plane: {darkens}; {remedy}")
 
 
 def _refracts(surface: Surface | None) -> bool:

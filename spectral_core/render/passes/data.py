@@ -5,6 +5,7 @@ AOVs.
 As in Cycles, depth, position and indices come from one ray through the middle of the pixel, so that numbers of two
 objects are never mixed and edges are straight; all other passes are means over the samples. Surfaces with a coverage
 below the alpha threshold are transparent.
+"""
 
 from __future__ import annotations
 
