@@ -110,7 +110,7 @@ def test_instances_of_an_object_that_overlap_have_one_note(build, translate):
 
 
 def test_flattened_curves_on_the_vertices_of_a_mesh_have_one_note(build, translate):
-    """Blender gives their faces a matrix of zeros: each instance had a note that spoke of the last row of its matrix."""
+    """Blender gives their faces a matrix of zeros: each instance had a note about the last row of its matrix."""
     parent = build.plane(name="Parent")
     bpy.ops.curve.primitive_bezier_circle_add(radius=0.3)
     child = bpy.context.object
