@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import itertools
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -38,6 +40,8 @@ from .meshes.triangles import OUTPUTS, uv_layer
 
 Array = NDArray[np.float64]
 
+FLAT = 1e-12
+"""Volume of an instance of a unit cube, relative to its longest edge cubed, at which it is flat for Cycles."""
 FEW = 0.01
 """Largest share of corners whose normals point to the other side of their faces."""
 
@@ -58,13 +62,14 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
                 "faces of its smooth-shaded mesh point both outward and inward: translucent, subsurface and sheen "
                 "light differs from Cycles there; Mesh > Normals > Recalculate Outside mends the mesh"
             )
-            translation.note(instance.name, message)
+            translation.note(instance.shown_as or instance.name, message)
     if compares_faces:
         passes = enters | {
             name for name, surface in surfaces.items() if _refracts(surface) or _is_seen_through(surface)
         }
         _note_faces(translation, scene, meshes, passes)
         _note_volumes_in_one_place(translation, scene, meshes)
+    _note_flattened(translation, scene)
     _note_holes(translation, scene)
     note_lamps_beside_rough_glass(translation, scene)
     _note_clear_catchers(translation, scene, {name for name, each in surfaces.items() if _is_seen_through(each)})
@@ -156,6 +161,19 @@ def _note_emission_with_shadow_links(translation: Translation, scene: Scene, emi
             translation.note(instance.shown_as or instance.name, message)
 
 
+def _note_flattened(translation: Translation, scene: Scene) -> None:
+    """Note instances of a mesh with several that have a scale of 0 along an axis."""
+    counts = Counter(item.mesh for item in scene.instances)
+    several = [item for item in scene.instances if counts[item.mesh] > 1]
+    if not several:
+        return
+    matrices = np.stack([item.world_from_object[:3, :3] for item in several])
+    lengths = np.linalg.norm(matrices, axis=1).max(axis=1)
+    for item in itertools.compress(several, np.abs(np.linalg.det(matrices)) <= FLAT * lengths**3):
+        message = "it is flat, with a scale of 0: Cycles does not show instances of such a scale, here they are shown"
+        translation.note(item.shown_as or item.name, f"{message}; give it a scale of 0.001")
+
+
 def _adds_metals(surface: Surface | None) -> bool:
     """True if one sum of a surface has metals on both sides."""
     has_metal: dict[int, bool] = {}
@@ -179,23 +197,27 @@ def _adds_metals(surface: Surface | None) -> bool:
 
 def _note_faces(translation: Translation, scene: Scene, meshes: dict[str, Mesh], passes: set[str]) -> None:
     """Note faces that lie on each other; ``passes``: names of the materials that light passes through."""
+    shown = {item.name: item.shown_as or item.name for item in scene.instances}
+
+    def note(name: str, other: str, words: str) -> None:
+        """Once for an object, however many instances of it have such faces."""
+        here = "each other" if name == other else f"faces of {shown[other]!r}"
+        if name != other and shown[name] == shown[other]:
+            here = "those of another instance of it"
+        translation.note(shown[name], words.format(here))
+
     for name, other in coincident(scene, meshes, passes):
-        message = (
-            f"faces of it coincide with faces of {other!r}: Cycles loses light between them, here it is kept; "
-            "move the object by a thousandth of its size"
-        )
-        translation.note(name, message)
+        lost = "Cycles loses light between them, here it is kept; move the object by a thousandth of its size"
+        note(name, other, f"faces of it coincide with {{}}: {lost}")
     darkens = "Cycles darkens them by chance; here they look like a single face"
     twice = dict(doubled(scene, meshes))
     for name, other in twice.items():
-        place = "each other" if other == name else f"faces of {other!r}"
         remedy = "remove one of the two, as with Mesh > Merge by Distance"
-        translation.note(name, f"faces of it are the same as {place}: {darkens}; {remedy}")
+        note(name, other, f"faces of it are the same as {{}}: {darkens}; {remedy}")
     for name, other in overlapping(scene, meshes):
         if name not in twice:
-            place = "each other" if other == name else f"faces of {other!r}"
             remedy = "move one of the two by a ten-thousandth of its size"
-            translation.note(name, f"faces of it overlap {place} in one plane: {darkens}; {remedy}")
+            note(name, other, f"faces of it overlap {{}} in one plane: {darkens}; {remedy}")
 
 
 def _refracts(surface: Surface | None) -> bool:
@@ -256,13 +278,6 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
             translation.note(obj.name, f"it has no UV map or attribute {attribute!r}; its materials read {value}")
         elif kind in OUTPUTS and not attribute and not len(obj.data.color_attributes):
             translation.note(obj.name, "it has no color attribute; its materials read 0")
-        stored = obj.data.attributes.get(attribute) if kind in OUTPUTS and attribute else None
-        if stored is not None and stored.domain == "EDGE" and obj.data.normals_domain == "CORNER":
-            words = (
-                f"the attribute {attribute!r} of its edges is the mean of all edges at a vertex; Cycles splits the "
-                "mesh where its normals are sharp or custom, and has others there; store it at points or corners"
-            )
-            translation.note(obj.name, words)
 
 
 def _note_tangents(translation: Translation, obj: Any, reads: frozenset[str]) -> None:

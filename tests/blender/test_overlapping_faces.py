@@ -89,3 +89,33 @@ def test_areas_that_triangles_share_are_those_of_a_count_of_points():
     assert np.abs(areas - counted).max() < 1e-3
     shared = areas > 0.01
     assert all(within(a, m[None]).all() for a, m in zip(first[shared], middles[shared], strict=True))
+
+
+def test_instances_of_an_object_that_overlap_have_one_note(build, translate):
+    """Scattered leaves on a floor had a note for each leaf."""
+    build.plane(name="Floor", size=8.0)
+    leaf = build.plane(name="Leaf", size=0.5)
+    leaves = bpy.data.collections.new("Leaves")
+    bpy.context.scene.collection.objects.unlink(leaf)
+    leaves.objects.link(leaf)
+    for number in range(12):
+        empty = bpy.data.objects.new(f"Empty {number}", None)
+        empty.location = 0.3 * (number % 4), 0.35 * (number // 4), 0.0
+        empty.instance_type, empty.instance_collection = "COLLECTION", leaves
+        bpy.context.scene.collection.objects.link(empty)
+    told = [note for note in translate().notes if "in one plane" in note.message]
+    assert {note.subject for note in told} == {"Leaf"}
+    assert len(told) <= 2
+    assert any("'Floor'" in note.message for note in told)
+
+
+def test_flattened_curves_on_the_vertices_of_a_mesh_have_one_note(build, translate):
+    """Blender gives their faces a matrix of zeros: each instance had a note about the last row of its matrix."""
+    parent = build.plane(name="Parent")
+    bpy.ops.curve.primitive_bezier_circle_add(radius=0.3)
+    child = bpy.context.object
+    child.data.bevel_depth, child.scale = 0.1, (1.0, 1.0, 0.0)
+    child.parent, parent.instance_type = parent, "VERTS"
+    (note,) = [note for note in translate().notes if "left out" in note.message]
+    assert note.subject == child.name
+    assert "scale of 0" in note.message

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import chain
 from math import isfinite
+from operator import sub
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from ..objects import Collected
     from ..shading.materials import TranslatedMaterial
 
+AFFINE = (0.0, 0.0, 0.0, 1.0)
+"""Last row of a matrix that moves, turns and scales."""
 MaterialsOf = Callable[[Any], "list[TranslatedMaterial]"]
 
 
@@ -51,6 +54,10 @@ def place_mesh(found: Collected, obj: Any, instance: Any, materials_of: Material
     rows = tuple(map(tuple, instance.matrix_world))
     if not all(map(isfinite, chain(*rows))):
         found.translation.note(obj.name, "its transform is not finite; the object was left out")
+        return
+    if max(map(abs, map(sub, rows[3], AFFINE))) > 1e-5:
+        message = "Blender gives its instances no place, as it has a scale of 0 along an axis; they were left out"
+        found.translation.note(obj.name, message)
         return
     original = obj.original
     source = (original.session_uid, obj.data.as_pointer())

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.scene.geometry import Attribute, Mesh
 
+from .apart import split_as_for_cycles, splits
 from .edges import at_vertices
 from .measures import READ, corner_vertices, floats, measure, normals_of
 from .splits import split_corners
@@ -31,7 +32,8 @@ def object_mesh(name: str, obj: Any, reads: frozenset[str] = frozenset()) -> Mes
     if undeformed is not None and undeformed.is_editmode:
         undeformed = None
     if not obj.data.is_editmode:
-        return translate_mesh(name, obj.data, reads, undeformed, obj.vertex_groups)
+        with split_as_for_cycles(obj, reads) as apart:
+            return translate_mesh(name, obj.data, reads, undeformed, obj.vertex_groups, apart)
     try:
         return translate_mesh(name, obj.to_mesh(), reads, undeformed)
     finally:
@@ -39,12 +41,18 @@ def object_mesh(name: str, obj: Any, reads: frozenset[str] = frozenset()) -> Mes
 
 
 def translate_mesh(
-    name: str, source: Any, reads: frozenset[str] = frozenset(), undeformed: Any = None, groups: Any = None
+    name: str,
+    source: Any,
+    reads: frozenset[str] = frozenset(),
+    undeformed: Any = None,
+    groups: Any = None,
+    apart: Any = None,
 ) -> Mesh | None:
     """Mesh of a ``bpy.types.Mesh``, None if it has no faces.
 
     ``reads``: inputs of its materials' programs; corners are split along the seams of these only. ``undeformed``: the
-    mesh before modifiers, whose box defines generated coordinates. ``groups``: vertex groups of the object.
+    mesh before modifiers, whose box defines generated coordinates. ``groups``: vertex groups of the object. ``apart``:
+    the mesh split along its sharp edges, from which measures and attributes of edges are read.
     """
     source.calc_loop_triangles()
     count = len(source.loop_triangles)
@@ -59,7 +67,10 @@ def translate_mesh(
     uvs = _corner_uvs(source, corners) if reads & READS_UV else None
     extra: dict[str, Array] = {}
     for item in sorted(reads - READS_UV):
-        values = _attribute(source, item, corners, positions, undeformed, groups)
+        of = source if apart is None or not splits(source, item) else apart
+        values = _attribute(of, item, corners if of is source else corner_vertices(apart), undeformed, groups)
+        if of is not source and values is not None and len(values) != len(corners):
+            values = np.take(values, corner_vertices(apart), axis=0)
         if values is not None:
             extra[item] = values
     normals = normals_of(source)
@@ -118,8 +129,9 @@ def _taken(order: Array, corners: Array, values: Array) -> Array:
     return np.take(values, order, axis=0) if len(values) == len(corners) else _told_apart(values, corners[order])
 
 
-def _attribute(source: Any, name: str, corners: Array, positions: Array, undeformed: Any, groups: Any) -> Array | None:
+def _attribute(source: Any, name: str, corners: Array, undeformed: Any, groups: Any) -> Array | None:
     """Values (n, 3) of the program input ``name``, per vertex or per corner; None if there is none."""
+    positions = floats(source.attributes["position"].data, "vector", len(source.vertices), 3)
     if name == "generated":
         return _told_apart(_generated(source, positions, undeformed), corners)
     if name.startswith(READ):

@@ -2,8 +2,9 @@
 """Passes of the camera rays' first hits, without light: depth, normals, colors of surfaces, indices, cryptomattes,
 AOVs.
 
-As in Cycles, depth, position and indices come from a pixel's first sample, so that numbers of two objects are never
-mixed; all other passes are means over the samples. Surfaces with a coverage below the alpha threshold are transparent.
+As in Cycles, depth, position and indices come from one ray through the middle of the pixel, so that numbers of two
+objects are never mixed and edges are straight; all other passes are means over the samples. Surfaces with a coverage
+below the alpha threshold are transparent.
 """
 
 from __future__ import annotations
@@ -48,6 +49,9 @@ class DataPasses(LobeColors):
     are divided by colors, 0 for none.
     """
 
+    _is_middle: Any = None
+    """True for the ray through the middle of the pixel."""
+
     def __init__(
         self,
         mitsuba: Any,
@@ -90,15 +94,18 @@ class DataPasses(LobeColors):
 
         def body(index: Any, *slots: Any) -> Any:
             sampler.begin(index % period)
+            self._is_middle = index == total
             ray, drawn = self._ray(corner, sampler)
             sampler.index = index  # a ray that comes again draws other lobes
             self._measured = lambda light: self._measure(light, drawn)
-            return index + 1, *self._walk(first_hit, first_hit.past_hidden(ray), sampler, index == 0, slots)
+            return index + 1, *self._walk(first_hit, first_hit.past_hidden(ray), sampler, slots)
 
         empty = [register for _ in kinds for register in self._crypto.empty(count)]
-        _, *slots = dr.while_loop((mi.UInt32(0), *empty), lambda index, *_: index < total, body)
+        # the last ray goes through the middle of the pixel, for passes of one ray
+        end = total + dr.opaque(mi.UInt32, int(any(name in self._rows for name in OF_FIRST_SAMPLE)))
+        _, *slots = dr.while_loop((mi.UInt32(0), *empty), lambda index, *_: index < end, body)
         dr.eval(self._sums, *slots)
-        self._measured = None
+        self._measured = self._is_middle = None
         sums = np.array(self._sums).reshape(count, self._width)
         pictures = self._pictures(sums.astype(np.float64), samples)
         size = self._crypto.count
@@ -110,12 +117,15 @@ class DataPasses(LobeColors):
             pictures |= {f"{kind}{layer:02d}": picture for layer, picture in enumerate(found)}
         return {name: np.ascontiguousarray(p.reshape(height, width, -1), np.float32) for name, p in pictures.items()}
 
-    def _walk(self, first_hit: FirstHit, ray: Any, sampler: Any, is_first: Any, slots: Any) -> Any:
+    def _offset(self, draw: Any) -> Any:
+        return self._dr.select(self._is_middle, 0.0, super()._offset(draw))
+
+    def _walk(self, first_hit: FirstHit, ray: Any, sampler: Any, slots: Any) -> Any:
         """One camera ray, through transparent surfaces and media, to an opaque one."""
         mi, dr = self._mi, self._dr
         draws = self._picks(sampler), sampler.next_2d()
         for _, weight in draws[0]:
-            self._put(self._drawn, weight, mi.Bool(True))
+            self._put(self._drawn, weight, ~self._is_middle)
         bounds = dr.opaque(mi.UInt32, MOST_PASSED)
         rules = first_hit.rules
         assert rules is not None, "a scene without tables has no surfaces"
@@ -139,16 +149,17 @@ class DataPasses(LobeColors):
             alpha = 1.0 - channel_mean(dr, passed)
             weight = channel_mean(dr, clear)
             rows = self._subjects.of_hit(rules, si, seen)
-            self._see_outputs(si, rows[1], reach, seen & ~done)
+            counts = ~self._is_middle
+            self._see_outputs(si, rows[1], reach, seen & ~done & counts)
             # as in Cycles: a whole holdout has no data but AOVs, one that is transparent in part has all but colors
             ends = seen & (self._held_out(first_hit, si, bsdf, (passed, hole), seen) > 1.0 - 1e-5)
             shows = seen & ~ends
             single = shows & ~done & (alpha >= self._wanted.alpha_threshold) & (alpha > 0.0)
-            self._see_place(si, rows, reach, (single, is_first))
-            self._see_mist(si, shows, weight * alpha)
+            self._see_place(si, rows, reach, single)
+            self._see_mist(si, shows & counts, weight * alpha)
             if self._colors:
-                self._see_colors((si, bsdf), clear, draws, shows & ~hole)
-            named = self._see_names(rows, weight * alpha, shows, list(slots))
+                self._see_colors((si, bsdf), clear, draws, shows & ~hole & counts)
+            named = self._see_names(rows, weight * alpha, shows & counts, list(slots))
             clear = dr.select(seen, clear * passed, clear)
             onward = met & ~ends & (dr.max(clear) > 1e-4) & (layers + 1 < bounds)
             return (
@@ -182,10 +193,9 @@ class DataPasses(LobeColors):
         at = self._pixel * self._width + column
         dr.scatter_add(self._sums, mi.Float(finite), at, active, dr.ReduceMode.NoConflicts)
 
-    def _see_place(self, si: Any, rows: tuple[Any, Any], weight: Any, counts: tuple[Any, Any]) -> None:
+    def _see_place(self, si: Any, rows: tuple[Any, Any], weight: Any, single: Any) -> None:
         """Position, depth and indices of the surface; means count it by the share that no medium scatters."""
         mi, dr = self._mi, self._dr
-        single, is_first = counts
         frame = self.frame
         from_eye = si.p - mi.Point3f(*(self._number(part) for part in frame.origin))
         depth = -dr.dot(from_eye, mi.Vector3f(*(self._number(part) for part in frame.back)))
@@ -195,14 +205,14 @@ class DataPasses(LobeColors):
         subjects = self._subjects
         gather = lambda values, row: dr.gather(mi.Float, values, row, single)  # noqa: E731
         uv = gather(subjects.has_uv, rows[0])
-        first = single & is_first
-        self._add("Depth", (depth,), first)
-        self._add("Position", (si.p.x, si.p.y, si.p.z), first)
-        self._add("Object Index", (gather(subjects.object_index, rows[0]),), first)
-        self._add("Material Index", (gather(subjects.material_index, rows[1]),), first)
+        middle, means = single & self._is_middle, single & ~self._is_middle
+        self._add("Depth", (depth,), middle)
+        self._add("Position", (si.p.x, si.p.y, si.p.z), middle)
+        self._add("Object Index", (gather(subjects.object_index, rows[0]),), middle)
+        self._add("Material Index", (gather(subjects.material_index, rows[1]),), middle)
         facing, uv = facing * weight, uv * weight
-        self._add("Normal", (facing.x, facing.y, facing.z), single)
-        self._add("UV", (si.uv.x * uv, si.uv.y * uv, uv), single)
+        self._add("Normal", (facing.x, facing.y, facing.z), means)
+        self._add("UV", (si.uv.x * uv, si.uv.y * uv, uv), means)
 
     def _see_outputs(self, si: Any, material: Any, weight: Any, single: Any) -> None:
         """Values of the materials for AOVs: as in Cycles, of each surface up to the first one that is opaque enough."""

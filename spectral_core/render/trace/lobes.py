@@ -23,7 +23,9 @@ def parts_of(mi: Any, dr: Any, si: Any, bsdf: Any, wo: Any, value: Any, active: 
     diffuse = bsdf.eval_pdf(asked, si, wo, active & mixed)[0]
     share = dr.select(value != 0.0, dr.clip(diffuse / value, 0.0, 1.0), 0.0)
     share = dr.select(mixed, share, dr.select(is_matt, mi.Spectrum(1.0), 0.0))
-    reflects = (si.wi.z * wo.z > 0.0) | of_fiber(mi, flags)
+    through = int(mi.BSDFFlags.GlossyTransmission) | int(mi.BSDFFlags.DeltaTransmission)
+    # normals that lean away from the surface's send reflected light below it
+    reflects = (si.wi.z * wo.z > 0.0) | ((flags & through) == 0) | of_fiber(mi, flags)
     return share, dr.select(reflects, 1.0 - share, 0.0)
 
 
