@@ -145,7 +145,7 @@ def test_set_up_continues_without_llvm_where_a_distribution_has_none(
     monkeypatch.setattr(setup.subprocess, "run", run)
     monkeypatch.setattr(setup, "loads", lambda _library: True)
     monkeypatch.setattr(setup, "has_llvm", lambda: False)
-    monkeypatch.setattr(setup, "privileged", lambda: [])
+    monkeypatch.setattr(setup, "privileged", list)
     monkeypatch.setattr(setup.shutil, "which", lambda program: f"/usr/bin/{program}")
     setup.system_libraries()
     asked = [command[-1] for command in ran if "install" in command]
