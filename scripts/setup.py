@@ -24,6 +24,7 @@ PYTHON = VENV / "bin" / "python"
 STAMP, UNFINISHED = VENV / ".set-up", VENV / ".unfinished"
 LOCK = "requirements.lock"
 OLDEST_LLVM = 17  # 15 and 16 abort in drjit's code generation: "Cannot select: fminimum"
+NEWEST_LLVM = 20  # of those that were tried
 
 # library that bpy or drjit links to -> Debian and Ubuntu package that holds it
 LINKED_LIBRARIES = {
@@ -76,11 +77,11 @@ def privileged() -> list[str] | None:
 
 
 def newest_llvm_package() -> str:
-    """The newest libllvm that this distribution offers; Debian 12's is libllvm19."""
+    """The newest libllvm of this distribution that drjit can use, "" if there is none; Debian 12's is libllvm19."""
     listed = subprocess.run(["apt-cache", "pkgnames", "libllvm"], capture_output=True, text=True).stdout
     versions = [int(found[1]) for found in re.finditer(r"^libllvm(\d+)(?:t64)?$", listed, re.MULTILINE)]
-    known_good = [version for version in versions if OLDEST_LLVM <= version <= 20]
-    return f"libllvm{max(known_good)}" if known_good else "libllvm19"
+    known_good = [version for version in versions if OLDEST_LLVM <= version <= NEWEST_LLVM]
+    return f"libllvm{max(known_good)}" if known_good else ""
 
 
 def system_libraries() -> None:
@@ -107,8 +108,18 @@ def system_libraries() -> None:
         return
     environment = dict(os.environ, DEBIAN_FRONTEND="noninteractive")
     say("reading the distribution's package lists")
-    subprocess.run([*before, "apt-get", "update", "-qq"], check=True, env=environment)
-    packages = [*missing, *([newest_llvm_package()] if llvm_missing else [])]
+    if subprocess.run([*before, "apt-get", "update", "-qq"], env=environment).returncode:
+        say("apt-get update failed; its words are above. Is there a network?")
+        sys.exit(1)
+    llvm = newest_llvm_package() if llvm_missing else ""
+    if llvm_missing and not llvm:  # as on Ubuntu 22.04, whose newest is 15
+        say(
+            f"this distribution offers no LLVM from {OLDEST_LLVM} to {NEWEST_LLVM}: set-up continues without it, but "
+            "rendering needs it; see https://apt.llvm.org"
+        )
+    packages = [*missing, *([llvm] if llvm else [])]
+    if not packages:
+        return
     say(f"installing {' '.join(packages)}")
     quiet = ["apt-get", "install", "-y", "-qq", "--no-install-recommends"]
     done = subprocess.run([*before, *quiet, *packages], env=environment, capture_output=True, text=True)
@@ -203,4 +214,8 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except KeyboardInterrupt:
+        say("stopped; run it again to finish")
+        sys.exit(130)

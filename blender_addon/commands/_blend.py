@@ -6,13 +6,15 @@ from __future__ import annotations
 import argparse
 import ctypes
 import os
+import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from spectral_core.cli.shared.outputs import require_outputs as _require_outputs
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
 from spectral_core.files.guarded import no_file
 from spectral_core.scene import Scene
@@ -137,6 +139,29 @@ def missing_files() -> list[str]:
         for library in bpy.data.libraries
         if not Path(bpy.path.abspath(library.filepath)).is_file()
     ]
+
+
+def require_outputs(outputs: Iterable[Path]) -> None:
+    """Require before the work that files can be written, and that none is an image or another file of the scene.
+
+    ``spectral-scene render wood.blend`` would replace a texture wood.png. Raises InvalidInputError and FileWriteError.
+    """
+    import bpy
+
+    from ..properties.texture import NODE
+
+    named = [Path(path) for path in bpy.utils.blend_paths(absolute=True)]
+    for image in bpy.data.images:
+        if image.filepath and image.source in ("SEQUENCE", "TILED"):  # one name stands for many files
+            path = Path(bpy.path.abspath(image.filepath, library=image.library))
+            ends = [re.escape(end) for end in re.split(r"<UDIM>|<UVTILE>|\d+(?=\D*$)", path.name)]
+            names = re.compile(r"\w+".join(ends))
+            named += [each for each in path.parent.glob("*") if names.fullmatch(each.name)]
+    trees = [*bpy.data.node_groups, *(owner.node_tree for owner in (*bpy.data.materials, *bpy.data.worlds))]
+    for node in (node for tree in trees if tree is not None for node in tree.nodes):
+        if node.bl_idname == NODE and node.filepath:
+            named.append(Path(bpy.path.abspath(node.filepath, library=node.id_data.library)))
+    _require_outputs(outputs, named)
 
 
 def with_variant(scene: Scene, variant: str | None) -> Scene:

@@ -42,6 +42,8 @@ def run(arguments: argparse.Namespace) -> int:
         require_drawable(arguments.plot, arguments.axis)  # the measurement takes minutes
     with _blend.chatter_to_stderr():
         _blend.open_scene(arguments)
+        if arguments.plot is not None:
+            _blend.require_outputs([arguments.plot])
         scene = translated_scene(arguments)
     with RenderProcess() as process:
         curve = process.cost_curve(scene)

@@ -18,7 +18,7 @@ from spectral_core.cli.shared.outputs import numbered
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, UnknownNameError
 from spectral_core.files.kept import written_or_kept
-from spectral_core.files.whole import require_writable, whole_file
+from spectral_core.files.whole import whole_file
 from spectral_core.files.whole_picture import require_written
 
 from . import _bands, _blend
@@ -163,7 +163,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
     from .. import jobs
 
     path = (_of_frame(arguments, out, frame) if arguments.animation else out).expanduser().resolve()
-    require_writable(path)  # a render takes hours
+    _blend.require_outputs([path])
     _go_to(scene, frame)
     jobs.records.clear()
     pictures: _bands.Pictures = []

@@ -12,7 +12,6 @@ from typing import Any
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.kept import written_or_kept
-from spectral_core.files.whole import require_writable
 
 from . import _blend
 from .plan import translated_scene
@@ -68,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
         "peak_bytes": peak_bytes(storage, *scene.film.size, len(names)), "groups": list(names), "notes": missing,
     }  # fmt: skip
     if not arguments.estimate:
-        require_writable(out)  # a recording takes hours
+        _blend.require_outputs([out])
         with RenderProcess() as renderer:
             transport = record_transport(
                 scene, storage, one_per_light=arguments.one_per_light, view=view, render=renderer.render,

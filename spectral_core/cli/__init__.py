@@ -131,7 +131,7 @@ def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
 
 def _failed(parsed: argparse.Namespace, error: Exception, message: str) -> int:
     """Print the reason in one line, and as JSON if requested."""
-    print(f"spectral-scene {parsed.command}: {message}", file=sys.stderr)
+    print(f"spectral-scene {parsed.command}: {terminal.one_line(message)}", file=sys.stderr)
     if parsed.json:
         print_json({"error": message, "kind": type(error).__name__})
     return 1

@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.cli.shared.outputs import files_of_document, require_apart
+from spectral_core.cli.shared.outputs import files_of_document, require_outputs
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.files.whole import require_writable
 from spectral_core.files.whole_set import whole_files
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
@@ -61,9 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
 
         problem = replace(problem, rounds=arguments.rounds)
     folder = arguments.out or Path("out") / name
-    if arguments.palette is not None:
-        require_apart([folder / each for each in WRITTEN], files_of_document(arguments.palette))
-    require_writable(folder / WRITTEN[0])  # before the work, which would be lost without it
+    read = [] if arguments.palette is None else files_of_document(arguments.palette)
+    require_outputs([folder / each for each in WRITTEN], read)
     solution = solve_palette(problem)
     with whole_files(folder) as unfinished:  # before printing, because the reader of the table may close the pipe
         clipped = _write(unfinished, solution)

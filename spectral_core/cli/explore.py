@@ -13,11 +13,11 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from spectral_core.cli.shared.outputs import require_outputs
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.documents.toml import toml_text
 from spectral_core.errors import InvalidInputError
-from spectral_core.files.whole import require_writable
 
 ERRORS = ("rmse", "delta_e_mean", "flip")
 """Columns of error against time where none are named."""
@@ -113,14 +113,14 @@ def run(arguments: argparse.Namespace) -> int:
                 "`spectral-scene sweep SWEEP.toml`, or name the folder of a Cinema database"
             )
         _refuse_analyses(arguments, folder)
-        _make_folders(arguments)
+        require_outputs(_outputs(arguments))
         table = table_of_folder(folder)
         _keep_pictures(arguments, folder, table)
         _figures(arguments, table)
     else:
         with Store.open(folder) as store:
+            require_outputs(_outputs(arguments))
             store.recover()
-            _make_folders(arguments)
             result |= _analyze(arguments, store)
             table = table_of_store(store)
             _keep_pictures(arguments, folder, table)
@@ -138,19 +138,21 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _outputs(arguments: argparse.Namespace) -> list[Path]:
+    """The files that the options name."""
+    return [path for path in (arguments.out, arguments.figure, arguments.error_time) if path is not None]
+
+
 def _check_outputs(arguments: argparse.Namespace) -> None:
-    """Raise InvalidInputError for a page that has the name of another file, and for one file that gets two contents."""
+    """Raise InvalidInputError for names that no page or figure can have, and for one file that gets two contents."""
+    from spectral_core.explore.page.static import require_figure_name
+
     if arguments.out is not None and arguments.out.suffix.lower() not in (".html", ".htm"):
         raise InvalidInputError(f"the page ends in .html; got --out {arguments.out}")
+    for path in filter(None, (arguments.figure, arguments.error_time)):
+        require_figure_name(path)
     if arguments.figure and arguments.error_time and arguments.figure.resolve() == arguments.error_time.resolve():
         raise InvalidInputError(f"--figure and --error-time both name {arguments.figure}; give each a file of its own")
-
-
-def _make_folders(arguments: argparse.Namespace) -> None:
-    """Make the folders of the files, before the analyses take their time."""
-    for path in (arguments.out, arguments.figure, arguments.error_time):
-        if path is not None:
-            require_writable(path)
 
 
 def _keep_pictures(arguments: argparse.Namespace, folder: Path, table: Any) -> None:

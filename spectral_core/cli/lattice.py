@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.cli.shared.outputs import require_outputs
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
-from spectral_core.files.whole import make_folder, whole_file
+from spectral_core.files.whole import whole_file
 
 NAMED = {
     "rate": "--rate", "the number of points": "--points", "low": "--low", "high": "--high",
@@ -69,6 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
         )
     low, high = _ranges(arguments)
     region = _region(arguments, low, high)
+    if arguments.out is not None:
+        require_outputs([arguments.out])
     # Distances between parameters of different units count in shares of their ranges.
     offset, width = (np.zeros_like(low), np.ones_like(low)) if arguments.simplex else (low, high - low)
     chosen = lattice.make_lattice(arguments.dims, arguments.rate, criterion=arguments.criterion)
@@ -83,7 +86,6 @@ def run(arguments: argparse.Namespace) -> int:
     points = np.clip(offset + points * width, low, high)
     _require_apart(points, low, high)
     if arguments.out is not None:
-        make_folder(arguments.out.parent)
         with whole_file(arguments.out) as unfinished, unfinished.open("w", encoding="utf-8") as stream:
             np.savetxt(stream, points, fmt="%.17g", delimiter=",", header=_header(arguments.dims), comments="")
         report["written"] = str(arguments.out)

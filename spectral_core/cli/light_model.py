@@ -49,8 +49,9 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print a line per model, and write one model where asked."""
-    from spectral_core.cli.shared.spectra import illuminant_named, reflectance_named
-    from spectral_core.files.whole import require_writable, write_text
+    from spectral_core.cli.shared.outputs import require_outputs
+    from spectral_core.cli.shared.spectra import files_in, illuminant_named, reflectance_named
+    from spectral_core.files.whole import write_text
     from spectral_core.spectra import catalogue, observer
     from spectral_core.spectra.spectrum import SpectralGrid, told_apart
 
@@ -63,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.keep not in models:
         raise UnknownNameError.among("light model", arguments.keep, models)
     if arguments.out is not None:
-        require_writable(arguments.out)
+        require_outputs([arguments.out], [file for name in (*arguments.light, *names) for file in files_in(name)])
     figures = {name: _figures(model, lights, surfaces) for name, model in models.items()}
     kept = models[arguments.keep]
     if arguments.out is not None:  # before printing, because the reader of the table may close the pipe

@@ -35,24 +35,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Mix, print the colors, write the spectrum where asked."""
-    from spectral_core.cli.shared.outputs import require_apart
+    from spectral_core.cli.shared.outputs import require_outputs
     from spectral_core.cli.shared.spectra import files_in, illuminant_named, reflectance_named
-    from spectral_core.files.whole import require_writable
     from spectral_core.palette.paint.mixtures import additive_mixture, paint_mixture
     from spectral_core.palette.texture.reach import stimulus_matrix
     from spectral_core.spectra.color import display_hex_from_linear, display_rgb_from_linear
-    from spectral_core.spectra.files import write_spectra
+    from spectral_core.spectra.files import format_of_ending, write_spectra
     from spectral_core.spectra.spectrum import Reflectance, common_grid, told_apart
 
     named = [_part(word) for word in arguments.parts]
-    if arguments.out is not None:
-        read = [name for name, _ in named] + arguments.light
-        require_apart([arguments.out], [file for name in read for file in files_in(name)])
-        require_writable(arguments.out)
     lights = told_apart([illuminant_named(name) for name in arguments.light or ("D65", "A")])
     shares = np.array([parts for _, parts in named])
     shares = shares / shares.sum()
     measured = [reflectance_named(name) for name, _ in named]
+    if arguments.out is not None:
+        format_of_ending(arguments.out)
+        read = [name for name, _ in named] + arguments.light
+        require_outputs([arguments.out], [file for name in read for file in files_in(name)])
     grid, note = common_grid(measured, "the mixture")
     if note:
         print(f"note: {note}")

@@ -19,8 +19,8 @@ from spectral_core.cli.shared.outputs import numbered
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
-from spectral_core.files.whole import require_writable, whole_file
-from spectral_core.spectra.pictures import write_picture
+from spectral_core.files.whole import whole_file
+from spectral_core.spectra.pictures import require_ending, write_picture
 
 VIDEO = ".mp4"
 
@@ -52,7 +52,7 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Relight and write."""
-    from spectral_core.cli.shared.outputs import require_apart
+    from spectral_core.cli.shared.outputs import require_apart, require_outputs
     from spectral_core.cli.shared.spectra import files_in, illuminant_named
     from spectral_core.render.relight.mix import LiveMix, amounts_of
     from spectral_core.render.relight.page import write_page
@@ -61,16 +61,18 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is None and arguments.html is None:
         raise InvalidInputError("nothing to write: give --out FILE or --html FILE.html")
     require_apart(_targets(arguments), [arguments.transport])
+    if arguments.out is not None and arguments.out.suffix.lower() != VIDEO:
+        require_ending(arguments.out)
     if arguments.html is not None and arguments.html.suffix.lower() not in (".html", ".htm"):
         raise InvalidInputError(f"--html is {str(arguments.html)!r}; end it with .html, or no browser opens it")
     transport = read_transport(arguments.transport)
     groups = transport.groups
     named = _pairs("--light", arguments.light, groups)
-    require_apart(_targets(arguments), [file for name in named.values() for file in files_in(name)])
-    for path in _targets(arguments):
-        require_writable(path)
     lights = {group: illuminant_named(name) for group, name in named.items()}
     mix = {group: _number("--mix", amount) for group, amount in _pairs("--mix", arguments.mix, groups).items()}
+    weights = None if arguments.out is None else _dial_weights(arguments, len(groups))
+    read = [file for name in named.values() for file in files_in(name)]
+    require_outputs(_targets(arguments), [arguments.transport, *read])
     live = LiveMix(transport)
     for group, light in lights.items():
         live.set_light(group, light)
@@ -78,7 +80,6 @@ def run(arguments: argparse.Namespace) -> int:
     report: dict[str, Any] = {"groups": list(transport.groups), "files": []}
     if arguments.out is not None:
         start = time.perf_counter()
-        weights = _dial_weights(arguments, len(transport.groups))
         # times the number of lights: in the middle of the dial the picture is then as bright as it was recorded
         mixes = [amounts] if weights is None else list(amounts * weights * len(amounts))
         report["files"] = _write(arguments, live, mixes)

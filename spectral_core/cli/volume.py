@@ -99,9 +99,8 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from spectral_core.cli.shared.outputs import numbered, require_apart
+    from spectral_core.cli.shared.outputs import numbered, require_apart, require_outputs
     from spectral_core.cli.shared.spectra import illuminant_named
-    from spectral_core.files.whole import require_writable
     from spectral_core.spectra.pictures import require_ending
     from spectral_core.spectra.spectrum import told_apart
 
@@ -112,8 +111,7 @@ def run(arguments: argparse.Namespace) -> int:
     targets = [path for each in outs for path in _targets(each, lights)]
     require_apart(targets, [frame.path for frame in files])
     transfer = _transfer(arguments.transfer, files)
-    for path in targets:
-        require_writable(path)  # the march takes minutes
+    require_outputs(targets)
     frames = []
     for frame, path in zip(files, outs, strict=True):
         volume = frame.read()

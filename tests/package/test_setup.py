@@ -127,6 +127,32 @@ def test_an_interrupted_removal_starts_over(made: ModuleType, monkeypatch: pytes
     assert sorted(path.name for path in made.VENV.parent.glob(".venv*")) == [".venv"]
 
 
+@pytest.mark.parametrize(
+    ("offered", "found"),
+    [("libllvm14\nlibllvm15\nlibllvm15-dbg\n", ""), ("libllvm17t64\nlibllvm18\nlibllvm99\n", "libllvm18"),
+     ("libllvm15\nlibllvm19\n", "libllvm19"), ("", "")],
+)  # fmt: skip
+def test_set_up_continues_without_llvm_where_a_distribution_has_none(
+    setup: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], offered: str, found: str
+) -> None:
+    """On Ubuntu 22.04, whose newest LLVM is 15, it asked apt-get for libllvm19, and ended."""
+    ran: list[list[str]] = []
+
+    def run(command: list[str], **_options: object) -> subprocess.CompletedProcess[str]:
+        ran.append(command)
+        return subprocess.CompletedProcess(command, 0, offered if command[0] == "apt-cache" else "", "")
+
+    monkeypatch.setattr(setup.subprocess, "run", run)
+    monkeypatch.setattr(setup, "loads", lambda _library: True)
+    monkeypatch.setattr(setup, "has_llvm", lambda: False)
+    monkeypatch.setattr(setup, "privileged", list)
+    monkeypatch.setattr(setup.shutil, "which", lambda program: f"/usr/bin/{program}")
+    setup.system_libraries()
+    asked = [command[-1] for command in ran if "install" in command]
+    assert asked == ([found] if found else [])
+    assert ("offers no LLVM from 17 to 20" in capsys.readouterr().out) == (not found)
+
+
 def test_every_pinned_package_is_locked_with_hashes() -> None:
     lock = (ROOT / "requirements.lock").read_text().replace("\\\n", " ")
     locked = {line.split("==")[0]: line for line in lock.splitlines() if "==" in line}

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.whole import require_writable
 
 
 def require_apart(outputs: Iterable[Path], inputs: Iterable[str | Path]) -> None:
@@ -17,6 +18,17 @@ def require_apart(outputs: Iterable[Path], inputs: Iterable[str | Path]) -> None
     for path in outputs:
         if path.resolve() in read:
             raise InvalidInputError(f"{path} is read by this command and would be lost; write to another file")
+
+
+def require_outputs(outputs: Iterable[Path], inputs: Iterable[str | Path] = ()) -> None:
+    """Require before the work that all files can be written: their folders are made, and none is a file that is read.
+
+    Raises InvalidInputError and FileWriteError, as ``require_apart`` and ``require_writable``.
+    """
+    paths = list(outputs)
+    require_apart(paths, inputs)
+    for path in paths:
+        require_writable(path)
 
 
 def numbered(path: Path, number: int) -> Path:

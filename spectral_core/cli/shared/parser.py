@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
+from spectral_core.cli.shared.terminal import one_line
 from spectral_core.errors import InvalidInputError
 
 NEGATIVE = re.compile(r"-\.?\d")
@@ -28,12 +29,18 @@ class CommandParser(argparse.ArgumentParser):
         """The value of a word; the empty one names no file, and is what a shell makes of a variable that is not set."""
         if action.type is Path and not arg_string.strip():
             raise argparse.ArgumentError(action, "the name is empty; expected a file or folder")
-        return super()._get_value(action, arg_string)
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError as error:
+            if action.type not in (int, float):
+                raise
+            expected = "a whole number" if action.type is int else "a number"
+            raise argparse.ArgumentError(action, f"got {arg_string!r}; expected {expected}") from error
 
     def error(self, message: str) -> NoReturn:
         """Print the error in one line and exit with 2."""
         end = "" if message.endswith("?") else "."
-        self.exit(2, f"{self.prog}: {message}{end} See `{self.prog} --help`\n")
+        self.exit(2, f"{self.prog}: {one_line(message)}{end} See `{self.prog} --help`\n")
 
     def refuse(self, words: Sequence[str]) -> NoReturn:
         """Name words that the command does not take, with the options that resemble them."""

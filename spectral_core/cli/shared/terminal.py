@@ -8,6 +8,7 @@ import contextlib
 import os
 import select
 import sys
+import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 
@@ -38,6 +39,14 @@ _PLAIN = {
     "’": "'",
 }
 _NAME = "spectral_scene_plain"
+
+
+def one_line(text: str) -> str:
+    """The text with its control characters as escapes: names of files may contain line ends and a terminal's orders."""
+    return "".join(
+        letter.encode("unicode_escape").decode() if unicodedata.category(letter) in ("Cc", "Zl", "Zp") else letter
+        for letter in text
+    )
 
 
 def _plain(error: UnicodeError) -> tuple[str, int]:

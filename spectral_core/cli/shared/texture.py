@@ -34,20 +34,19 @@ def make_texture(
 
     ``read``: files that the project came from, beside its pictures; none of them is written over.
     """
-    from spectral_core.cli.shared.outputs import require_apart
-    from spectral_core.files.whole import require_writable
+    from spectral_core.cli.shared.outputs import require_outputs
     from spectral_core.files.whole_set import whole_files
     from spectral_core.palette.texture.project import run_project
-    from spectral_core.palette.texture.texture import Picture
+    from spectral_core.palette.texture.texture import Picture, require_one_size
     from spectral_core.render.pictures import read_picture
 
     def progress(share: float, what: str) -> None:
         if tell:
             print(f"{PROGRESS} {share:.3f} {what}", flush=True)
 
-    require_apart([folder / name for name in WRITTEN], [*project.pictures, *read])
     pictures = [Picture(path.stem, read_picture(path)) for path in project.pictures]
-    require_writable(folder / WRITTEN[0])  # before the work, which would be lost without it
+    require_one_size(pictures)
+    require_outputs([folder / name for name in WRITTEN], [*project.pictures, *read])
     outcome = run_project(project, pictures, progress)
     figures = figures_of(outcome)
     with whole_files(folder) as unfinished:  # a new texture beside earlier lights would show neither picture

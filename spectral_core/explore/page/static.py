@@ -223,10 +223,15 @@ def _plain_log_ticks(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _figure(path: str | Path, width: float, height: float | None = None) -> Any:
+def require_figure_name(path: str | Path) -> None:
+    """Raise InvalidInputError for a file whose ending is that of no figure."""
     path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise InvalidInputError(f"a figure ends in {', '.join(ENDINGS)}; got {path.name!r}")
+
+
+def _figure(path: str | Path, width: float, height: float | None = None) -> Any:
+    require_figure_name(path)
     try:
         from matplotlib.figure import Figure
     except ImportError as error:

@@ -12,14 +12,22 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_range, require_whole
 from spectral_core.documents import Schema, read_document
 from spectral_core.documents.codecs import SpectrumFiles, decoded_color, decoded_spectrum
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.texture.basis import MOST_SPECTRA
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
 from spectral_core.palette.texture.pinned import design_pinned_texture
 from spectral_core.palette.texture.reach import TEXTURE_GRID, ReachableContrast, reachable_contrast
-from spectral_core.palette.texture.texture import Mapping, Picture, TextureDesign, design_texture
+from spectral_core.palette.texture.texture import (
+    MOST_FLOOR,
+    Mapping,
+    Picture,
+    TextureDesign,
+    design_texture,
+    require_one_size,
+)
 from spectral_core.palette.texture.uplift import Pin, PinResult
 from spectral_core.spectra.spectrum import Illuminant
 
@@ -53,6 +61,12 @@ class TextureSettings:
         require_range("daylight_share", self.daylight_share, 0.0, 0.9)
         require_range("led_width_nm", self.led_width_nm, 5.0, 60.0, " nm")
         require_range("importance", self.importance, 1e-3, 1e3)
+        if self.spectra is not None:  # the number of lights narrows this range
+            require_whole("the number of basis spectra", self.spectra, 3, MOST_SPECTRA)
+        if self.floor is not None:
+            require_range("floor", self.floor, 0.0, MOST_FLOOR)
+        if self.slope is not None:  # with the default floor, the design itself refuses a sum over 1
+            require_range("slope", self.slope, 0.0, round(1.0 - (self.floor or 0.0), 12))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,6 +137,7 @@ def run_project(
             pictures[0], first, second, project.wanted_colors, count=settings.spectra or 8, progress=texels
         )
         return TextureOutcome(pinned.design, None, wanted_colors=pinned.uplift.pins)
+    require_one_size(pictures)
     tell(0.0, "lights")
     designed = None
     lights = project.lights

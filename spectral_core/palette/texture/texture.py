@@ -23,6 +23,8 @@ from spectral_core.spectra.spectrum import Illuminant
 
 Array = NDArray[np.float64]
 Mapping = Literal["least_delta_e", "uniform_contrast"]
+MOST_FLOOR = 0.5
+"""Largest linear gray that black may become."""
 _BITS_OF_ONE = int(np.float16(1).view(np.uint16))
 
 
@@ -164,7 +166,7 @@ def design_texture(
     """
     started = time.perf_counter()
     _require_alike(pictures, lights)
-    require_range("floor", floor, 0.0, 0.5)
+    require_range("floor", floor, 0.0, MOST_FLOOR)
     matrix = stimulus_matrix(lights)
     if basis is None:
         basis = design_basis(matrix, count or min(MOST_SPECTRA, 3 * len(lights)), floor=max(floor, 0.01))
@@ -190,6 +192,11 @@ def _require_alike(pictures: Sequence[Picture], lights: Sequence[Illuminant]) ->
         raise InvalidInputError(
             f"{len(pictures)} pictures for {len(lights)} lights; give one or two pictures and a light for each"
         )
+    require_one_size(pictures)
+
+
+def require_one_size(pictures: Sequence[Picture]) -> None:
+    """Raise InvalidInputError for pictures that differ in width or height."""
     sizes = {picture.pixels.shape[:2] for picture in pictures}
     if len(sizes) > 1:
         named = ", ".join(f"{p.name!r} {p.pixels.shape[1]}×{p.pixels.shape[0]}" for p in pictures)

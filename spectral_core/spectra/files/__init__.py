@@ -81,7 +81,7 @@ def write_spectra(path: str | Path, spectra: Sequence[Spectrum], *, file_format:
     grids; SPDX and .spd hold exactly one. Raises InvalidInputError.
     """
     file = Path(path)
-    name = _format_from_suffix(file) if file_format is None else _known_format(file_format)
+    name = format_of_ending(file) if file_format is None else _known_format(file_format)
     if isinstance(spectra, Spectrum):
         raise InvalidInputError(f"one spectrum, {spectra.name!r}, to write to {file}; expected a list of spectra")
     if not spectra:
@@ -128,7 +128,9 @@ def _known_format(name: str) -> str:
     return name
 
 
-def _format_from_suffix(file: Path) -> str:
+def format_of_ending(path: str | Path) -> str:
+    """``"csv"``, ``"spdx"`` or ``"spd"``: the format that ``write_spectra`` writes there. Raises InvalidInputError."""
+    file = Path(path)
     for name, suffixes in FORMATS.items():
         if file.suffix.lower() in suffixes:
             return name
