@@ -16,8 +16,9 @@ MIRROR_ROUGHNESS = 0.03
 """Roughness from which Cycles treats a surface as rough; below it, it is a perfect mirror (alpha² under 5e-7)."""
 
 
-def is_smooth(roughness: Scalar) -> bool:
-    return isinstance(roughness, (int, float)) and roughness < MIRROR_ROUGHNESS
+def is_smooth(roughness: Scalar, *, by_size: bool = False) -> bool:
+    """True for a mirror; ``by_size``: a negative roughness counts as a positive one, as in Cycles' Refraction."""
+    return isinstance(roughness, (int, float)) and (abs(roughness) if by_size else roughness) < MIRROR_ROUGHNESS
 
 
 def direction(context: Context, anisotropy: Scalar, rotation: Scalar, tangent: Any, subject: str) -> dict[str, Any]:
@@ -81,7 +82,8 @@ def glass(
     """``colors``: of the reflection, and of the transmission. ``specular_tint``: at normal incidence."""
     # with the same index on both sides facets bend no light, as in Cycles
     is_straight = isinstance(ior, (int, float)) and ior == 1.0 and closure.thin_film_thickness == 0
-    smooth = is_straight or is_smooth(closure.roughness)
+    refracts_only = isinstance(closure, Glass) and not closure.reflects
+    smooth = is_straight or is_smooth(closure.roughness, by_size=refracts_only)
     given = (context, colors, closure, ior, subject)
     keeps = closure.multiple_scattering
     if isinstance(closure, Glass):  # the tables are those of GGX that reflects and refracts

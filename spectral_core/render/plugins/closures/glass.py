@@ -65,6 +65,11 @@ def register(mi: Any, dr: Any) -> None:
                 value = dr.select(dr.abs(value - 1.0) < LEAST_BEND, 1.0 + dr.copysign(LEAST_BEND, value - 1.0), value)
             return dr.select(si.wi.z > 0.0, value, dr.rcp(value))
 
+        def roughness_at(self, si: Any, active: Any) -> Any:
+            """From 0 to 1; that of Refraction alone counts by its size, as in Cycles."""
+            value = self.roughness.eval_1(si, active)
+            return dr.clip(value if self.reflects else dr.abs(value), 0.0, 1.0)
+
         def transmission_color(self, si: Any, active: Any) -> Any:
             color = self.transmission.eval(si, active)
             return dr.sqrt(dr.clip(color, 0.0, 1.0)) if self.halves else color
@@ -122,7 +127,7 @@ def register(mi: Any, dr: Any) -> None:
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             normal = mi.Vector3f(0, 0, 1)
             if not self.smooth:
-                roughness = self.roughness.eval_1(si, active)
+                roughness = self.roughness_at(si, active)
                 facets = Microfacets(mi, dr, roughness, kind=self.kind, least=least_alpha(si))
                 normal = facets.distribution.sample(wi, sample2)[0]
             facing = dr.dot(wi, normal)
@@ -153,7 +158,7 @@ def register(mi: Any, dr: Any) -> None:
             wo = si.to_local(hit.to_world(wo))
             active = active & keeps_side(mi, dr, si, wo) & sees_facets(mi, dr, si)
             eta = self.relative_ior(si, active)
-            roughness = self.roughness.eval_1(si, active)
+            roughness = self.roughness_at(si, active)
             facets = Microfacets(mi, dr, roughness, kind=self.kind, least=least_alpha(si))
             wi = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
             wo = mi.Vector3f(wo.x, wo.y, dr.mulsign(wo.z, si.wi.z))

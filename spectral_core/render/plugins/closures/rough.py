@@ -138,7 +138,8 @@ def register(mi: Any, dr: Any) -> None:
             )
 
         def facets(self, si: Any, active: Any) -> Any:
-            roughness, stretch, least = self.roughness.eval_1(si, active), self.stretch(si, active), least_alpha(si)
+            roughness = dr.clip(self.roughness.eval_1(si, active), 0.0, 1.0)
+            stretch, least = self.stretch(si, active), least_alpha(si)
             if self.kind == "ashikhmin":
                 return Phong(mi, dr, roughness, stretch, least)
             return Microfacets(mi, dr, roughness, stretch, self.kind, least)
