@@ -16,6 +16,7 @@ from spectral_core.render import Progress, RenderResult
 from spectral_core.scene import Note, Scene, has_holes
 
 from . import jobs
+from .drawing.clock import clock
 from .properties.render import ENGINE
 from .translate.camera.motion import with_motion
 from .translate.frames import rigid
@@ -272,19 +273,14 @@ def _has_own_cameras(scene: Any) -> bool:
 
 def _state(progress: Progress) -> str:
     """Line of the image editor on a render in progress."""
-    left = "" if progress.left_s is None else f" | {_clock(progress.left_s)} left"
+    left = "" if progress.left_s is None else f" | {clock(progress.left_s, digits=0)} left"
     memory = f" | {_megabytes(progress):.0f} MB" if progress.memory else ""
-    return f"Sample {progress.samples}/{progress.total} | {_clock(progress.seconds)}{left}{memory}"
+    return f"Sample {progress.samples}/{progress.total} | {clock(progress.seconds)}{left}{memory}"
 
 
 def _megabytes(progress: Progress) -> float:
     """Memory of the render process in 10⁶ bytes."""
     return progress.memory / 1e6
-
-
-def _clock(seconds: float) -> str:
-    minutes, rest = divmod(seconds, 60)
-    return f"{int(minutes)}:{rest:04.1f} min" if minutes else f"{rest:.1f} s"
 
 
 def register() -> None:

@@ -16,6 +16,7 @@ import numpy as np
 from spectral_core.errors import SpectralError
 
 from . import compat
+from .drawing.clock import clock
 from .drawing.covered import covered
 from .drawing.viewport import Canvas, draw_message
 from .editing.viewport.session import Picture, ViewSession
@@ -92,10 +93,12 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
         return "", "Paused" if settings.is_paused else "Loading the scene" if is_loading else ""
     kind = " and ".join(dict.fromkeys("Spectral" if frame.is_spectral else "RGB" for frame in frames))
     samples, seconds = min(frame.samples for frame in frames), max(frame.seconds for frame in frames)
-    left = f" | {left_s:.0f} s left" if (left_s := time_left(samples, settings.samples, seconds)) >= 1 else ""
+    left = (
+        f" | {clock(left_s, digits=0)} left" if (left_s := time_left(samples, settings.samples, seconds)) >= 1 else ""
+    )
     memory = max(frame.memory for frame in frames) / 1e6
     denoised = ", denoised" if all(frame.is_denoised for frame in frames) else ""
-    state = f"{kind} | Sample {samples}/{settings.samples}{denoised} | {seconds:.1f} s{left} | {memory:.0f} MB"
+    state = f"{kind} | Sample {samples}/{settings.samples}{denoised} | {clock(seconds)}{left} | {memory:.0f} MB"
     if settings.is_paused:
         return state, "Paused"
     is_current = all(picture.is_current for picture in pictures)

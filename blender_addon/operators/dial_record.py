@@ -15,6 +15,7 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError
 from spectral_core.files.whole import make_folder
 
+from ..drawing.clock import clock
 from ..editing.deferred import open_scene
 from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.as_rendered import AsRendered
@@ -193,7 +194,7 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
     def progress_text(self) -> str:
         progress = 0.0 if self._recording is None else round(self._recording.progress, 2)
         left = None if self._recording is None else self._recording.left_s
-        return f"{100 * progress:.0f} %" + ("" if left is None else f", about {left:.0f} s left")
+        return f"{100 * progress:.0f} %" + ("" if left is None else f", about {clock(left, digits=0)} left")
 
     def modal(self, context: Context, event: Event) -> set[str]:
         done = super().modal(context, event)

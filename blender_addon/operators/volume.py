@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The transfer function of the active Volume: presets, files, materials, colors from the palette."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import bpy
 from bpy.props import EnumProperty, StringProperty
-from bpy.types import Context, Event, PropertyGroup, Volume
+from bpy.types import Context, Event, PropertyGroup, Scene, Volume
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
+from ..editing.waiting import Waiting, WaitingForFile
 from ..translate.palette.apply import store_result
 from ..translate.spectra.stored import require_editable
 from ..translate.volume_looks import curves as stored
@@ -17,6 +19,7 @@ from ..translate.volume_looks import transfer as volume_transfer
 from .common import UNDOABLE, chosen_path, palette_shown, reporting
 
 if TYPE_CHECKING:
+    from spectral_core.volume.documents.transfer_document import TransferDocument
     from spectral_core.volume.field import ScalarVolume
 
 PRESETS = [
@@ -45,14 +48,16 @@ def shown_volume(context: Context) -> Volume:
     return found
 
 
-def _voxels(context: Context, data: Volume) -> "ScalarVolume":
-    """The data at the present frame; only an evaluated copy has it, which may be made by the nodes of the object."""
-    from ..translate.volumes import voxels_of
+def _reading(context: Context, data: Volume) -> "Callable[[], ScalarVolume]":
+    """Reads the data at the present frame; only an evaluated copy has it, which may be made by the nodes of the
+    object.
+    """
+    from ..translate.volumes import reading_of
 
     depsgraph, active = context.evaluated_depsgraph_get(), context.object
     owner = active if active is not None and active.data == data else None
     evaluated = data.evaluated_get(depsgraph) if owner is None else owner.evaluated_get(depsgraph).data
-    return voxels_of(evaluated, grid=data.spectral.grid)
+    return reading_of(evaluated, grid=data.spectral.grid)
 
 
 def _editable_volume(context: Context) -> Volume:
@@ -80,25 +85,49 @@ class _OnVolume:
         return False
 
 
-class SPECTRAL_OT_transfer_preset(_OnVolume, bpy.types.Operator):
+class _Fitting(_OnVolume):
+    """Base of operators that read the voxels of the active volume, and then store a transfer function in it."""
+
+    can_be_left = True
+    _uid = 0
+
+    def remember(self, context: Context) -> Volume:
+        """The active Volume data-block, which gets the transfer function. Raises InvalidInputError."""
+        data = _editable_volume(context)
+        self._uid = data.session_uid
+        return data
+
+    def end(self, _scene: Scene, answer: "TransferDocument") -> None:
+        data = next((each for each in bpy.data.volumes if each.session_uid == self._uid), None)
+        if data is None:
+            raise InvalidInputError(
+                "the volume was deleted while its voxels were read, so no transfer function is stored"
+            )
+        volume_transfer.store_transfer(data, answer)
+
+
+class SPECTRAL_OT_transfer_preset(_Fitting, Waiting, bpy.types.Operator):
     """Replace the transfer function by a ready-made one that fits the data"""
 
     bl_idname = "spectral.transfer_preset"
     bl_label = "Transfer Function Preset"
     preset: EnumProperty(name="Preset", items=PRESETS, description="Transfer function to begin with")
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    def begin(self, context: Context) -> "Callable[[], TransferDocument]":
         from spectral_core.volume.documents.transfer_document import stated_in_fractions
         from spectral_core.volume.presets import preset
 
-        data = shown_volume(context)
-        voxels = _voxels(context, data)
-        fitted = preset(self.preset, voxels)
-        volume_transfer.store_transfer(data, stated_in_fractions(fitted, voxels, volume_transfer.value_range(data)))
+        data, name = self.remember(context), self.preset
+        read, known = _reading(context, data), volume_transfer.value_range(data)
+
+        def work() -> "TransferDocument":
+            voxels = read()
+            return stated_in_fractions(preset(name, voxels), voxels, known)
+
+        return work
 
 
-class SPECTRAL_OT_transfer_import(_OnVolume, bpy.types.Operator, ImportHelper):
+class SPECTRAL_OT_transfer_import(_Fitting, WaitingForFile, bpy.types.Operator, ImportHelper):
     """Replace the transfer function by one from a TOML or JSON file"""
 
     bl_idname = "spectral.transfer_import"
@@ -106,17 +135,20 @@ class SPECTRAL_OT_transfer_import(_OnVolume, bpy.types.Operator, ImportHelper):
     filename_ext = ".toml"
     filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
 
-    @reporting
-    def execute(self, context: Context) -> None:
+    def begin(self, context: Context) -> "Callable[[], TransferDocument]":
         from spectral_core.volume.documents.transfer_document import stated_in_fractions
         from spectral_core.volume.documents.transfer_file import read_transfer
 
-        data = shown_volume(context)
-        stated = read_transfer(chosen_path(self.filepath))
-        if (stated.values, stated.length) != ("fraction", "voxel"):
-            voxels, known = _voxels(context, data), volume_transfer.value_range(data)
-            stated = stated_in_fractions(stated.for_volume(voxels, known), voxels, known)
-        volume_transfer.store_transfer(data, stated)
+        data, stated = self.remember(context), read_transfer(chosen_path(self.filepath))
+        if (stated.values, stated.length) == ("fraction", "voxel"):
+            return lambda: stated
+        read, known = _reading(context, data), volume_transfer.value_range(data)
+
+        def work() -> "TransferDocument":
+            voxels = read()
+            return stated_in_fractions(stated.for_volume(voxels, known), voxels, known)
+
+        return work
 
 
 class SPECTRAL_OT_transfer_export(_OnVolume, bpy.types.Operator, ExportHelper):

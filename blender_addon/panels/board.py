@@ -9,7 +9,8 @@ from bpy.types import Context, PropertyGroup, UILayout
 from spectral_core.errors import InvalidInputError
 
 from ..editing.board import live
-from ..editing.board.paths import number_at
+from ..editing.board.followed import is_unused
+from ..editing.board.paths import block_at, number_at
 from .parts import wrapped
 
 
@@ -75,7 +76,7 @@ def _draw_bindings(layout: UILayout, context: Context, settings: PropertyGroup) 
         row = box.row()
         row.label(text=_short(entry.name))
         row.operator("spectral.board_unbind", text="", icon="X", emboss=False).index = number
-        if fault := _fault(entry.name):
+        if fault := _fault(entry):
             warning = box.column()
             warning.alert = True
             wrapped(warning, context, fault, icon="ERROR", indent=60.0)
@@ -92,13 +93,14 @@ def _draw_bindings(layout: UILayout, context: Context, settings: PropertyGroup) 
         row.operator("spectral.board_disorder", text="", icon="X", emboss=False).index = number
 
 
-def _fault(path: str) -> str:
+def _fault(entry: PropertyGroup) -> str:
     """The reason why a fader moves nothing, such as a deleted light; "" if its number is there."""
     try:
-        number_at(path)
+        number_at(entry.name)
+        block, _ = block_at(entry.name)
     except InvalidInputError as error:
         return f"Its fader moves nothing: {error}"
-    return ""
+    return f"Its fader moves nothing to see: no scene uses {block.name!r} any more" if is_unused(block) else ""
 
 
 def _short(path: str) -> str:

@@ -8,6 +8,7 @@ import itertools
 import os
 import shutil
 import weakref
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
@@ -89,10 +90,20 @@ def voxels_of(data: Any, saved: SavedGrids | None = None, grid: str | None = Non
 
     ``saved``: as in ``GridFile``. ``grid``: name of the grid, that of the data-block's settings if it is None.
     """
+    return reading_of(data, saved, grid)()
+
+
+def reading_of(data: Any, saved: SavedGrids | None = None, grid: str | None = None) -> Callable[[], ScalarVolume]:
+    """A function that reads what ``voxels_of`` returns, and nothing from Blender: a thread may call it."""
     if saved is None and is_made(data):
         saved = SavedGrids(data)
     path, state = _stated(data, saved)
-    return _read(path, data.spectral.grid if grid is None else grid, state.st_mtime_ns, state.st_size)
+    name = data.spectral.grid if grid is None else grid
+
+    def read(_kept: SavedGrids | None = saved) -> ScalarVolume:  # the file lasts as long as this refers to it
+        return _read(path, name, state.st_mtime_ns, state.st_size)
+
+    return read
 
 
 def _stated(data: Any, saved: SavedGrids | None) -> tuple[Path, os.stat_result]:

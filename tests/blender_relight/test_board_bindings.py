@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 import pytest
 
-from blender_addon.editing.board import live
+from blender_addon.editing.board import followed, live
 from blender_addon.editing.board.paths import full_path, number_at
 
 
@@ -139,3 +139,46 @@ def test_a_range_that_blender_refuses_is_reported_and_other_faders_work(stage, r
     bpy.ops.spectral.board_poll()
     assert "'frame_current' cannot be set to 5e+11" in board.status
     assert bpy.data.lights["Key"].energy == 50.0
+
+
+def test_a_binding_keeps_no_deleted_object_and_its_row_reports_it(stage, running, tmp_path):
+    """Its reference counted as a user, so that the object stayed in the file, and its fader went on to move it."""
+    from blender_addon.panels.board import _fault
+
+    ball = bpy.data.objects.new("Pebble", bpy.data.meshes.new("Pebble"))
+    stage.collection.objects.link(ball)
+    entry, lamp = stage.spectral.board.bindings.add(), stage.spectral.board.bindings.add()
+    entry.name, entry.control = full_path(ball, "location", 0), "osc:0:/1"
+    lamp.name, lamp.control = full_path(bpy.data.lights["Key"], "energy"), "osc:0:/2"
+    live.rebind(stage)
+    assert entry.block == ball
+    assert (_fault(entry), _fault(lamp)) == ("", "")
+    stage.collection.objects.unlink(ball)  # as a deletion in the 3D view does
+    assert "no scene uses 'Pebble' any more" in _fault(entry)
+    live.tick()
+    assert (entry.block, ball.users) == (None, 0)
+    assert "no scene uses 'Pebble' any more" in _fault(entry)
+    path = tmp_path / "saved.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    with bpy.data.libraries.load(str(path)) as (there, _):
+        assert "Pebble" not in there.objects
+        assert "Key" in there.lights
+    assert lamp.block == bpy.data.lights["Key"]
+    stage.collection.objects.link(ball)
+    assert followed.follow_names(stage.spectral.board) is False
+    assert (entry.block, _fault(entry)) == (ball, "")
+
+
+def test_a_file_is_saved_without_a_deleted_object_also_if_the_board_is_stopped(stage, running, tmp_path):
+    lamp = bpy.data.lights["Key"]
+    entry = stage.spectral.board.bindings.add()
+    entry.name, entry.control = full_path(lamp, "energy"), "osc:0:/1"
+    live.rebind(stage)
+    live.stop()
+    for each in [obj for obj in bpy.data.objects if obj.data == lamp]:
+        bpy.data.objects.remove(each)
+    bpy.data.materials["Glow"].name = "Ember"
+    path = tmp_path / "saved.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    with bpy.data.libraries.load(str(path)) as (there, _):
+        assert "Key" not in there.lights

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -17,6 +16,8 @@ from spectral_core.errors import InvalidInputError, SpectralError
 from ...properties import hooks
 from ...properties.hooks import Topic
 from ..deferred import RENDER_SECONDS, open_scene
+from . import followed
+from .followed import follow_names
 
 if TYPE_CHECKING:
     from spectral_core.explore.board import Board, Change
@@ -126,27 +127,6 @@ def rebind(scene: Scene) -> None:
         settings.status = ""
     except SpectralError as error:
         settings.status = str(error)
-
-
-def follow_names(settings: PropertyGroup) -> bool:
-    """Update bindings and orders when their data-blocks are renamed; True if any was."""
-    from .paths import block_at, renamed
-
-    changed = False
-    for entry in settings.bindings:
-        if entry.block is None:
-            with contextlib.suppress(InvalidInputError):  # deleted: the row of the binding reports it
-                entry.block = block_at(entry.name)[0]
-            continue
-        before, now = entry.name, renamed(entry.name, entry.block)
-        if now == before:
-            continue
-        changed, entry.name = True, now
-        with hooks.silenced(Topic.BOARD):
-            for order in settings.orders:
-                order.lower = now if order.lower == before else order.lower
-                order.upper = now if order.upper == before else order.upper
-    return changed
 
 
 def tick() -> float | None:
@@ -281,6 +261,7 @@ def register() -> None:
     """Start listening to the bindings and to undo, and close devices when another file is opened."""
     hooks.listen(Topic.BOARD, lambda properties: rebind(properties.id_data))
     hooks.listen(Topic.BOARD_DEVICES, _devices)
+    followed.register()
     bpy.app.handlers.load_pre.append(_before_load)
     for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         handlers.append(_after_undo)
@@ -289,6 +270,7 @@ def register() -> None:
 def unregister() -> None:
     """Close the devices."""
     hooks.ignore(Topic.BOARD, Topic.BOARD_DEVICES)
+    followed.unregister()
     bpy.app.handlers.load_pre.remove(_before_load)
     for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         handlers.remove(_after_undo)
