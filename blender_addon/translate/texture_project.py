@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 import numpy as np
 from bpy.types import Image, PropertyGroup
+from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import write_bytes
@@ -18,9 +19,14 @@ from spectral_core.spectra.color import display_rgb_from_linear, linear_from_dis
 from spectral_core.spectra.pictures import png_bytes, write_picture
 from spectral_core.spectra.spectrum import Illuminant
 
+from .. import compat
 from ..properties.texture_design import TEXTURE_FIELDS
+from .shading.image_files.color_spaces import scene_linear
+from .shading.images import LINEAR_SPACES, NUMBER_SPACES
 from .spectra.stored import spectrum_of
 
+OPAQUE = ("NONE", "CHANNEL_PACKED")
+"""Alpha modes in which alpha is no coverage."""
 READ_AS_THEY_ARE = (".png", ".jpg", ".jpeg", ".exr", ".hdr", ".bmp", ".tga")
 OBSERVERS = {"cie_1964_10deg": "CIE 1964 10°", "cie_2015_2deg": "CIE 2015 2°", "cie_2015_10deg": "CIE 2015 10°"}
 
@@ -79,15 +85,9 @@ def _spectrum(holder: PropertyGroup) -> Any:
 
 
 def _file_of(image: Image, folder: Path, number: int) -> Path:
-    """A file with the picture: its own if nothing was painted, packed or re-interpreted, else a new one."""
+    """A file with the picture: its own if the core reads it as Blender shows it, else a new one."""
     path = Path(bpy.path.abspath(image.filepath, library=image.library)) if image.filepath else None
-    plain = (
-        image.source == "FILE" and not image.is_dirty and image.packed_file is None and path is not None
-        and path.is_file() and path.suffix.lower() in READ_AS_THEY_ARE
-        and (image.is_float or image.colorspace_settings.name == "sRGB")
-    )  # fmt: skip
-    if plain:
-        assert path is not None
+    if path is not None and path.is_file() and _is_read_as_shown(image, path):
         return path.resolve()
     width, height = image.size
     if not width or not height:
@@ -95,18 +95,39 @@ def _file_of(image: Image, folder: Path, number: int) -> Path:
     flat = np.empty(width * height * image.channels, dtype=np.float32)
     image.pixels.foreach_get(flat)
     pixels = flat.reshape(height, width, image.channels)[::-1]
-    if image.channels == 4 and pixels[..., 3].min() < 1:
+    if image.channels == 4 and image.alpha_mode not in OPAQUE and pixels[..., 3].min() < 1:
         raise InvalidInputError(f"picture {image.name!r} is partly transparent; lay it on a background first")
     colors = np.repeat(pixels[..., :1], 3, axis=2) if image.channels < 3 else pixels[..., :3]
-    linear = image.is_float or image.colorspace_settings.name != "sRGB"
     if image.is_float:
         made = folder / f"picture_{number}.exr"
-        write_picture(made, np.ascontiguousarray(colors))
+        write_picture(made, np.ascontiguousarray(_linear_srgb(image, colors)))
         return made
-    shown = display_rgb_from_linear(colors) if linear else colors
+    is_display = image.colorspace_settings.name == "sRGB"
+    shown = colors if is_display else display_rgb_from_linear(_linear_srgb(image, colors))
     made = folder / f"picture_{number}.png"
     write_bytes(made, png_bytes(np.round(np.clip(shown, 0, 1) * 255).astype(np.uint8)))
     return made
+
+
+def _is_read_as_shown(image: Image, path: Path) -> bool:
+    """True if nothing was painted or packed, and the core reads the file's colors and alpha as Blender does."""
+    ending = path.suffix.lower()
+    if image.source != "FILE" or image.is_dirty or image.packed_file is not None or ending not in READ_AS_THEY_ARE:
+        return False
+    space, is_linear = image.colorspace_settings.name, ending in (".exr", ".hdr")
+    return image.alpha_mode not in OPAQUE and (
+        space in (*LINEAR_SPACES, *NUMBER_SPACES) if is_linear else space == "sRGB"
+    )
+
+
+def _linear_srgb(image: Image, colors: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear sRGB (height, width, 3) of an image's pixels; Blender has brought floats to its scene-linear space."""
+    space = image.colorspace_settings.name
+    if space in NUMBER_SPACES or (space in LINEAR_SPACES and not image.is_float):
+        return colors
+    linear = colors if image.is_float else scene_linear(colors, space)
+    matrix = compat.rec709_from_working(compat.working_space(bpy.data))
+    return linear if matrix is None else (linear @ matrix.T).astype(np.float32)
 
 
 def report_lines(figures: dict[str, Any]) -> list[str]:

@@ -53,8 +53,32 @@ def read_picture(path: str | Path) -> NDArray[Any]:
             raise InvalidInputError(f"{path} is partly transparent; lay it on a background first")
         pixels = pixels[..., :-1]
     with open_regular(path) as stream:
-        pixels = _upright(pixels, _exif_orientation(stream.read(MOST_EXIF)))
+        start = stream.read(MOST_EXIF)
+    colors = _color_table(start)
+    if colors is not None and pixels.shape[2] == 1:
+        pixels = colors[pixels[..., 0]]
+    pixels = _upright(pixels, _exif_orientation(start))
     return np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels
+
+
+def _color_table(start: bytes) -> NDArray[np.uint8] | None:
+    """Colors (256, 3) of the indices in a BMP file of 8 bits, as its first bytes state them; None for other files.
+
+    Mitsuba's reader gives the indices.
+    """
+    if not start.startswith(b"BM") or len(start) < 54:
+        return None
+    (header,) = struct.unpack_from("<I", start, 14)
+    (bits,) = struct.unpack_from("<H", start, 24 if header == 12 else 28)
+    if bits != 8:
+        return None
+    (first,) = struct.unpack_from("<I", start, 10)
+    entry = 3 if header == 12 else 4  # bytes; blue, green, red, and in all but the oldest form a reserved one
+    stored = np.frombuffer(start[14 + header : min(first, 14 + header + 256 * entry)], np.uint8)
+    table = np.zeros((256, 3), np.uint8)
+    entries = stored[: stored.size // entry * entry].reshape(-1, entry)
+    table[: len(entries)] = entries[:, 2::-1]
+    return table
 
 
 def _upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:

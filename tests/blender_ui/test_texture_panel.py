@@ -127,3 +127,60 @@ def test_settings_and_painted_images_reach_the_project(blender, design, tmp_path
         design.floor, design.slope = thousandths / 1000, 1 - thousandths / 1000
         found = project_of(design, tmp_path).settings
         assert (found.floor, found.slope) == pytest.approx((thousandths / 1000, 1 - thousandths / 1000), abs=1e-9)
+
+
+# Matrices from primaries and white (SMPTE RP 177), as in ITU-R BT.2087 and by Apple; linear Rec.709 of each space.
+REC709_FROM = {
+    "Display P3": [[1.22494, -0.22494, 0.0], [-0.04206, 1.04206, 0.0], [-0.01964, -0.07864, 1.09827]],
+    "Linear Rec.2020": [[1.66049, -0.58764, -0.07285], [-0.12455, 1.13290, -0.00835], [-0.01815, -0.10058, 1.11873]],
+}
+
+
+@pytest.mark.parametrize("space", ["sRGB", "Display P3", "Non-Color"])
+def test_a_picture_of_bytes_has_the_colors_of_its_color_space(blender, tmp_path, space: str) -> None:
+    from blender_addon.translate.texture_project import _file_of
+    from spectral_core.render.pictures import read_picture
+    from spectral_core.spectra.color import display_rgb_from_linear
+    from spectral_core.spectra.pictures import png_bytes
+
+    levels = np.array([[[200, 100, 50], [90, 120, 130]]], np.uint8)
+    (tmp_path / "file.png").write_bytes(png_bytes(levels))
+    loaded = blender.data.images.load(str(tmp_path / "file.png"))
+    loaded.colorspace_settings.name = space
+    linear = levels / 255 if space == "Non-Color" else linear_from_display_rgb(levels / 255)
+    linear = linear @ np.transpose(REC709_FROM.get(space, np.eye(3)))
+    expected = np.round(255 * display_rgb_from_linear(linear))
+    found = read_picture(_file_of(loaded, tmp_path, 1))
+    assert np.abs(found.astype(float) - expected).max() <= 1
+
+
+@pytest.mark.parametrize("space", ["Linear Rec.709", "Linear Rec.2020", "Non-Color"])
+def test_a_picture_of_floats_has_the_colors_of_its_color_space(blender, tmp_path, space: str) -> None:
+    from blender_addon.translate.texture_project import _file_of
+    from spectral_core.render.pictures import read_picture
+    from spectral_core.spectra.pictures import write_picture
+
+    given = np.array([[[0.5, 0.4, 0.3], [0.2, 0.3, 0.25]]], np.float32)
+    write_picture(tmp_path / "file.exr", given)
+    loaded = blender.data.images.load(str(tmp_path / "file.exr"))
+    loaded.colorspace_settings.name = space
+    expected = given @ np.transpose(REC709_FROM.get(space, np.eye(3)))
+    np.testing.assert_allclose(read_picture(_file_of(loaded, tmp_path, 1)), expected, atol=2e-4)
+
+
+def test_alpha_that_blender_ignores_is_no_transparency(blender, tmp_path) -> None:
+    from blender_addon.translate.texture_project import _file_of
+    from spectral_core.render.pictures import read_picture
+
+    colors, made = image(blender, "opaque", 3)[1], blender.data.images.new("coat", SIZE, SIZE, alpha=True)
+    pixels = np.ones((SIZE, SIZE, 4), np.float32)
+    pixels[..., :3], pixels[..., 3] = colors[::-1], 0.5
+    made.pixels.foreach_set(pixels.ravel())
+    made.filepath_raw, made.file_format = str(tmp_path / "coat.png"), "PNG"
+    made.save()
+    loaded = blender.data.images.load(str(tmp_path / "coat.png"))
+    with pytest.raises(InvalidInputError, match="partly transparent"):
+        read_picture(_file_of(loaded, tmp_path, 1))
+    loaded.alpha_mode = "CHANNEL_PACKED"
+    found = read_picture(_file_of(loaded, tmp_path, 1))
+    np.testing.assert_allclose(found, np.round(255 * colors), atol=1)

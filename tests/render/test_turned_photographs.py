@@ -64,3 +64,22 @@ def test_other_formats_are_refused_with_those_that_are_read(tmp_path: Path) -> N
     (tmp_path / "picture.webp").write_bytes(b"RIFF\x10\0\0\0WEBPVP8 ")
     with pytest.raises(FileFormatError, match="expected PNG, JPEG, EXR, HDR, BMP or TGA"):
         read_picture(tmp_path / "picture.webp")
+
+
+@pytest.mark.parametrize("count", [5, 256])
+@pytest.mark.parametrize("header", [12, 40])
+def test_a_bmp_of_indices_has_the_colors_of_its_table(header: int, count: int, tmp_path: Path) -> None:
+    rng = np.random.default_rng(count)
+    table, indices = rng.integers(0, 256, (count, 3), np.uint8), rng.integers(0, count, (3, 4), np.uint8)
+    rows = indices[::-1].tobytes()  # bottom row first; four bytes need no padding
+    size = struct.pack("<IHHHH", 12, 4, 3, 1, 8) if header == 12 else struct.pack(
+        "<IiiHHIIiiII", 40, 4, 3, 1, 8, 0, len(rows), 2835, 2835, count, 0
+    )  # fmt: skip
+    entries = b"".join(bytes(color[::-1]) + (b"" if header == 12 else b"\0") for color in table)
+    first = 14 + len(size) + len(entries)
+    path = tmp_path / "indexed.bmp"
+    path.write_bytes(b"BM" + struct.pack("<IHHI", first + len(rows), 0, 0, first) + size + entries + rows)
+    try:
+        np.testing.assert_array_equal(read_picture(path), table[indices])
+    except FileFormatError:
+        assert header == 12  # the oldest form may be refused, but not read in gray

@@ -202,7 +202,8 @@ def _box(problem: PaletteProblem, asking: Sequence[CellIndex]) -> tuple[Array, f
 
 
 def _gap_note(problem: PaletteProblem, group: Group) -> str:
-    names = ", ".join(cell_name(problem, cell) for cell in group.members)
+    boxed = [at for at in group.members if problem.cells[at[0]][at[1]].box is not None]
+    names = ", ".join(cell_name(problem, at) for at in boxed)
     return f"the color boxes of {names} have no color in common; the middle between them counts. Widen or remove one"
 
 
