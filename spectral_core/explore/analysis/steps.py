@@ -39,6 +39,10 @@ def features_of(store: Store, names: Sequence[str] | None) -> NDArray[np.float64
                  and as_column(values).dtype.kind == "f"]  # fmt: skip
     plain = [name for name in names if name != PICTURES]
     parts = [feature_matrix(columns, plain)] if plain else []
+    lacking = {name: int(np.isnan(as_column(columns[name])).sum()) for name in plain}
+    said = ", ".join(f"{name} at {count}" for name, count in lacking.items() if count)
+    if said:
+        print(f"note: values are missing of {said} of {len(columns['key'])} points; the column's mean is taken there")
     if PICTURES in names:
         parts.append(picture_features(store, [row.files for row in store.ledger.rows("done")]))
     if not parts:
