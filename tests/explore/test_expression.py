@@ -29,7 +29,7 @@ COLUMNS = {"a": [1.0, 4.0, None], "b": [2.0, 0.0, 1.0], "name": ["x", "y", "x"]}
         ("b - mean(b)", [1.0, -1.0, 0.0]),
         ("where(b > 0, 'lit', 'dark')", ["lit", "dark", "lit"]),
         ("min(a, b) ** 2", [1.0, 0.0, None]),
-        ("not (b > 0 and a < 2)", [0.0, 1.0, 1.0]),
+        ("not (b > 0 and a < 2)", [0.0, 1.0, None]),
         ("pi", [np.pi] * 3),
     ],
 )
@@ -118,3 +118,17 @@ def test_a_path_sets_one_number_in_a_copy() -> None:
     assert parse_path('lights["Key light"].power_w')[1] == ("item", "Key light")
     with pytest.raises(SpectralError, match="two"):
         set_path(document, "cells[tow].weight", 5.0)
+
+
+def test_what_a_missing_value_decides_is_missing() -> None:
+    """A row without a value was "visible", as if its value was large; an identical picture has no finite snr_db."""
+    columns = {"d": [0.5, 2.0, None], "n": [1, None, None], "kind": ["a", "", None]}
+    assert evaluate('where(d < 1, "good", "visible")', columns) == ["good", "visible", ""]
+    assert evaluate('"good" if d < 1 else "visible"', columns) == ["good", "visible", ""]
+    assert evaluate("where(d < 1, 1, 2)", columns) == [1.0, 2.0, None]
+    assert evaluate("d > 1", columns) == [0.0, 1.0, None] and evaluate("not d > 1", columns) == [1.0, 0.0, None]
+    assert evaluate("d > 1 and n > 0", columns) == [0.0, None, None]
+    assert evaluate("d > 1 or n > 0", columns) == [1.0, 1.0, None]
+    assert evaluate("0 < d < 1 and not isnan(n)", columns) == [1.0, 0.0, 0.0]
+    assert evaluate("where(isnan(d), 0, d)", columns) == [0.5, 2.0, 0.0]
+    assert evaluate('kind == "a"', columns) == [1.0, 0.0, 0.0]

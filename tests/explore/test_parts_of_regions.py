@@ -10,8 +10,15 @@ import numpy as np
 import pytest
 
 from benchmarks.explore.checks.browser import Browser, find_browser
+from spectral_core.errors import InvalidInputError
 from spectral_core.explore.analysis.sensitivity import sobol_indices
-from spectral_core.explore.analysis.steps import print_sensitivity, proposed_point, region_of_label
+from spectral_core.explore.analysis.steps import (
+    add_clusters,
+    add_distance,
+    print_sensitivity,
+    proposed_point,
+    region_of_label,
+)
 from spectral_core.explore.page.build import PageTable, table_of_store, write_page
 from spectral_core.explore.page.live import LiveSweep
 from spectral_core.explore.sweep.document import sweep_of
@@ -93,6 +100,28 @@ def test_points_around_a_selection_meet_the_constraints_of_the_sweep(tmp_path: P
     live.close()
     store.label("kind", {row.key: "good" for row in store.ledger.rows("done")})
     assert region_of_label(store, "kind", "good")["constraints"] == ["a + b <= 1"]
+
+
+def test_a_row_without_a_value_has_no_distance(tmp_path: Path) -> None:
+    """It had the distance of a row with the mean."""
+    store = _finished(tmp_path, {}, budget=6).store
+    keys = [row.key for row in store.ledger.rows()]
+    store.label("grade", {key: float(number) for number, key in enumerate(keys[:4])})
+    assert add_distance(store, keys[0], {"grade": 1.0, "y": 0.0}) == 4
+    found = store.columns()["distance"]
+    assert found[:4] == pytest.approx([0, 1 / 3, 2 / 3, 1]) and found[4:] == [None, None]
+    with pytest.raises(InvalidInputError, match="has no value of 'grade'"):
+        add_distance(store, keys[5], {"grade": 1.0})
+
+
+def test_clusters_say_where_a_mean_was_taken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    store = _finished(tmp_path, {}, budget=6).store
+    keys = [row.key for row in store.ledger.rows()]
+    store.label("grade", {key: float(number) for number, key in enumerate(keys[:4])})
+    add_clusters(store, 2, ["y", "grade"])
+    assert "note: values are missing of grade at 2 of 6 points" in capsys.readouterr().out
+    add_clusters(store, 2, ["y"])
+    assert "note" not in capsys.readouterr().out
 
 
 @pytest.mark.skipif(find_browser() is None, reason="no Chromium")

@@ -39,6 +39,10 @@ def features_of(store: Store, names: Sequence[str] | None) -> NDArray[np.float64
                  and as_column(values).dtype.kind == "f"]  # fmt: skip
     plain = [name for name in names if name != PICTURES]
     parts = [feature_matrix(columns, plain)] if plain else []
+    lacking = {name: int(np.isnan(as_column(columns[name])).sum()) for name in plain}
+    said = ", ".join(f"{name} at {count}" for name, count in lacking.items() if count)
+    if said:
+        print(f"note: values are missing of {said} of {len(columns['key'])} points; the column's mean is taken there")
     if PICTURES in names:
         parts.append(picture_features(store, [row.files for row in store.ledger.rows("done")]))
     if not parts:
@@ -64,7 +68,8 @@ def add_clusters(store: Store, count: int, names: Sequence[str] | None = None) -
 
 
 def add_distance(store: Store, key: str, weights: Mapping[str, float], p: float = 2.0, name: str = "distance") -> int:
-    """Add a column of weighted p-norm distances to a row (thesis 6.4.2); returns how many rows have one.
+    """Add a column of weighted p-norm distances to a row (thesis 6.4.2); returns how many rows have one: a row without
+    a value of a weighted column has none.
 
     Parameters
     ----------
@@ -93,9 +98,16 @@ def add_distance(store: Store, key: str, weights: Mapping[str, float], p: float 
         parts.append(float(weights[PICTURES]) * apart[:, None] / max(float(apart.max()), 1e-300))
     if not parts or not any(weights.values()):
         raise InvalidInputError("no column has a weight; name at least one, such as lab_a=1")
+    known = np.ones(len(keys), bool)
+    for column in (column for column, weight in plain.items() if weight):
+        found = np.isfinite(as_column(columns[column]))
+        if not found[row]:
+            raise InvalidInputError(f"the row {key[:64]!r} has no value of {column!r}; pick another row, or column")
+        known &= found
     apart = distances_to(np.concatenate(parts, axis=1), row, p)
-    store.label(name, dict(zip(keys, apart.tolist(), strict=True)))
-    return len(keys)
+    measured = [float(each) if is_known else None for each, is_known in zip(apart, known, strict=True)]
+    store.label(name, dict(zip(keys, measured, strict=True)))
+    return int(known.sum())
 
 
 def print_sensitivity(store: Store, name: str) -> list[dict[str, Any]]:

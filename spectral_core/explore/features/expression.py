@@ -169,26 +169,24 @@ def _value(node: ast.expr, column: Callable[[str], Column]) -> Any:
         case ast.Name(id=name):
             return column(name)
         case ast.UnaryOp(op=ast.Not(), operand=operand):
-            return ~_truth(_value(operand, column))
+            return 1.0 - _truth(_value(operand, column))
         case ast.UnaryOp(op=op, operand=operand):
             value = _numeric(_value(operand, column))
             return -value if isinstance(op, ast.USub) else value
         case ast.BinOp(left=left, op=op, right=right):
             return _BINARY[type(op)](_numeric(_value(left, column)), _numeric(_value(right, column)))
         case ast.BoolOp(op=op, values=values):
-            truths = np.broadcast_arrays(*(_truth(_value(each, column)) for each in values))
-            return np.logical_and.reduce(truths) if isinstance(op, ast.And) else np.logical_or.reduce(truths)
+            return _joined([_truth(_value(each, column)) for each in values], is_and=isinstance(op, ast.And))
         case ast.Compare(left=left, ops=ops, comparators=comparators):
             sides = [_value(each, column) for each in (left, *comparators)]
             pairs = zip(sides, ops, sides[1:], strict=False)
-            return np.logical_and.reduce(np.broadcast_arrays(*(_COMPARE[type(op)](a, b) for a, op, b in pairs)))
+            return _joined([_compared(_COMPARE[type(op)], a, b) for a, op, b in pairs], is_and=True)
         case ast.IfExp(test=test, body=body, orelse=otherwise):
-            chosen: list[Any] = [_value(each, column) for each in (test, body, otherwise)]
-            return np.where(_truth(chosen[0]), chosen[1], chosen[2])
+            return _chosen(*(_value(each, column) for each in (test, body, otherwise)))
         case ast.Call(func=ast.Name(id=name), args=args):
             given: list[Any] = [_value(each, column) for each in args]
             if name == "where":
-                return np.where(_truth(given[0]), given[1], given[2])
+                return _chosen(*given)
             return FUNCTIONS[name][2](*(_numeric(value) for value in given))
     raise InvalidInputError(f"{_what(node)} cannot be computed")
 
@@ -200,8 +198,31 @@ def _numeric(value: Any) -> Any:
     return array.astype(np.float64)
 
 
-def _truth(value: Any) -> NDArray[np.bool_]:
-    array = np.asarray(value)
-    if array.dtype.kind == "b":
-        return array
-    return (_numeric(array) != 0) & ~np.isnan(_numeric(array))
+def _truth(value: Any) -> NDArray[np.float64]:
+    """1 where a value is true, 0 where it is not, NaN where it is missing."""
+    number = _numeric(value)
+    return np.where(np.isnan(number), np.nan, number != 0)
+
+
+def _compared(compare: Callable[[Any, Any], Any], first: Any, second: Any) -> NDArray[np.float64]:
+    """A comparison as ``_truth`` gives it: that with a missing number is missing."""
+    found = np.asarray(compare(first, second), np.float64)
+    for side in (np.asarray(first), np.asarray(second)):
+        if side.dtype.kind == "f":
+            found = np.where(np.isnan(side), np.nan, found)
+    return found
+
+
+def _joined(truths: Sequence[NDArray[np.float64]], *, is_and: bool) -> NDArray[np.float64]:
+    """Truths joined by "and" or "or": missing where a missing one decides (Kleene's logic)."""
+    table = np.stack(np.broadcast_arrays(*truths))
+    deciding = 0.0 if is_and else 1.0
+    unknown = np.where(np.isnan(table).any(axis=0), np.nan, 1.0 - deciding)
+    return np.where((table == deciding).any(axis=0), deciding, unknown)
+
+
+def _chosen(test: Any, body: Any, otherwise: Any) -> NDArray[Any]:
+    """``body`` where the test is true, ``otherwise`` where it is not; empty, or NaN, where it is missing."""
+    truth = _truth(test)
+    found = np.where(truth == 1.0, body, otherwise)
+    return np.where(np.isnan(truth), "" if found.dtype.kind in "US" else np.nan, found)

@@ -95,7 +95,8 @@ export function tableOf(payload) {
 export function shown(column, row) {
   const value = column.values ? column.values[row] : NaN;
   if (column.kind === "text") return Number.isNaN(value) ? "" : column.order[value];
-  return format(value);
+  const narrow = Math.max(Math.abs(column.low), Math.abs(column.high)) / (column.high - column.low);
+  return format(value, 4 + Math.max(0, Math.min(11, Math.floor(Math.log10(narrow)))));
 }
 
 /** All digits of a number, without those that a float of 32 bits adds. @param {number} value */
@@ -108,11 +109,12 @@ export function digits(value) {
   return String(value);
 }
 
-/** Four significant digits, all digits of a whole number below a billion. @param {number} value */
-export function format(value) {
+/** Four significant digits, or as many as tell the values of a narrow column apart; all digits of a whole number below
+ * a billion. @param {number} value @param {number} [count] */
+export function format(value, count = 4) {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "–" : value > 0 ? "∞" : "-∞";
   if (Number.isInteger(value) && Math.abs(value) < 1e9) return String(value);
-  const size = Math.abs(value);
-  if (size >= 1e5 || size < 1e-3) return value.toExponential(2);
-  return String(Number(value.toPrecision(4)));
+  const rounded = Number(value.toPrecision(count));
+  const size = Math.abs(rounded);
+  return size < 1e-3 || (size >= 1e5 && (count <= 4 || size >= 1e15)) ? rounded.toExponential() : String(rounded);
 }

@@ -52,9 +52,11 @@ export function ticks(column, wanted) {
   const first = Math.ceil(column.low / step - 1e-9);
   const count = Math.min(inRange(step), MOST_TICKS); // beyond 2^53 a number may be its own successor
   for (let i = 0; i < count; i++) found.push({ at: position(column, (first + i) * step), text: plain((first + i) * step) });
-  // a range too narrow for six digits: the first tick, and how far the others are above it
+  // a range too narrow for six digits: the roundest tick in full, and how far the others are from it
   if (new Set(found.map((tick) => tick.text)).size < found.length) {
-    return found.map((tick, i) => (i ? { ...tick, text: `+${plain(i * step)}` } : tick));
+    const full = found.map((_, i) => inFull((first + i) * step, step));
+    const base = full.reduce((best, text, i) => (text.length < full[best].length ? i : best), 0);
+    return found.map((tick, i) => ({ ...tick, text: i === base ? full[i] : `${i > base ? "+" : ""}${plain((i - base) * step)}` }));
   }
   return found;
 }
@@ -67,9 +69,17 @@ export function shortened(text, length) {
   return `${line.slice(0, length - 1 - end)}…${end ? line.slice(-end) : ""}`;
 }
 
-/** A round number without rounding noise. @param {number} value */
+/** A tick with all its digits, without rounding noise. @param {number} value @param {number} step */
+function inFull(value, step) {
+  const rounded = Number(value.toPrecision(15));
+  const exact = Math.abs(rounded - value) < 1e-3 * step ? rounded : value;
+  const [plainly, exponential] = [String(exact), exact.toExponential()];
+  return exponential.length < plainly.length ? exponential : plainly;
+}
+
+/** A number with six digits at most, and no more than it has. @param {number} value */
 function plain(value) {
-  const size = Math.abs(value);
-  if (size !== 0 && (size >= 1e5 || size < 1e-3)) return value.toExponential(0);
-  return String(Number(value.toPrecision(6)));
+  const rounded = Number(value.toPrecision(6));
+  const size = Math.abs(rounded);
+  return size !== 0 && (size >= 1e5 || size < 1e-3) ? rounded.toExponential() : String(rounded);
 }
