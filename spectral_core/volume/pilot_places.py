@@ -18,6 +18,7 @@ Pixels = NDArray[np.int64]
 Compared = Callable[[Array, Array], tuple[Array, Array]]
 
 _BAND = 1 << 20  # pixels that are marched at a time
+_NEARLY_ALL = 0.999  # of the differences of those pixels: the smallest ones cost as much as the others
 _NEGLIGIBLE = 10.0**-9.5  # of a picture's energy: what all differences that are left out have together at most
 
 
@@ -56,8 +57,9 @@ def places_with(view: View, corners: Array, count: int, single: Pixels | None = 
     return Places(x, y, weights, n, pixels, is_whole)
 
 
-def most_apart(view: View, corners: Array, compared: Compared, most: int) -> Pixels:
-    """(n, 2) columns and rows of at most ``most`` pixels in which two pictures differ most, without negligible ones.
+def most_apart(view: View, corners: Array, compared: Compared, most: int) -> tuple[Pixels, Array, float]:
+    """(n, 2) columns and rows of at most ``most`` pixels in which two pictures differ most, their (n,) differences, and
+    the energy of the picture. Differences without effect are left out.
 
     ``compared`` takes the centers x and y of pixels and returns (pixels,) differences and energies of their colors. It
     is asked for all pixels of the rectangle that ``corners`` project to, some rows at a time.
@@ -72,7 +74,23 @@ def most_apart(view: View, corners: Array, compared: Compared, most: int) -> Pix
         found, at = np.append(found, apart), np.concatenate([at, np.stack([x, y], axis=-1)])
         largest = np.argsort(-found)[:most]
         found, at = found[largest], at[largest]
-    return np.floor(at[found > _NEGLIGIBLE * energy / most]).astype(np.int64)
+    counts = (found > _NEGLIGIBLE * energy / most) & (np.cumsum(found) - found < _NEARLY_ALL * found.sum())
+    return np.floor(at[counts]).astype(np.int64), found[counts], energy
+
+
+def missed_by_sample(places: Places, view: View, corners: Array, pixels: Pixels, apart: Array) -> tuple[float, float]:
+    """(sum of the differences ``apart`` of ``pixels``, what of it a sample does not expect), single pixels left out.
+
+    A sample that has its share of these pixels measures their error; one that has none of them knows nothing of it.
+    """
+    flat = pixels[:, 0] * view.height + pixels[:, 1]
+    others = ~np.isin(flat, places.single[:, 0] * view.height + places.single[:, 1])
+    sample = np.floor(places.x[: places.sampled]).astype(np.int64) * view.height
+    sample += np.floor(places.y[: places.sampled]).astype(np.int64)
+    first, last = rectangle(view, corners)[2:]
+    stands_for = float(np.prod(last - first)) / places.sampled
+    whole = float(apart[others].sum())
+    return whole, whole - stands_for * float(apart[others & np.isin(flat, sample)].sum())
 
 
 def rectangle(view: View, corners: Array) -> tuple[Array, Array, Pixels, Pixels]:

@@ -178,7 +178,11 @@ def _odd_pixels(pilot: Pilot, best: Trial) -> NDArray[np.int64]:
     """
     is_measured = math.isfinite(best.snr_db) and not best.is_bound and best.spread <= _SPREAD
     is_certain = is_measured and pilot.opacity <= _FAINT
-    return np.zeros((0, 2), np.int64) if pilot.is_whole or is_certain else pilot.odd_pixels(best)
+    return (
+        np.zeros((0, 2), np.int64)
+        if pilot.is_whole or is_certain
+        else pilot.odd_pixels(best, always=best.spread > _SPREAD)
+    )
 
 
 def _tried(pilot: Pilot, ways: list[Stepping], quality_db: float) -> tuple[Trial, ...]:

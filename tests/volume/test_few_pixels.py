@@ -13,7 +13,7 @@ from benchmarks.volume.checks.exact import exact_amounts
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.pilot import PILOT_RAYS, Pilot
-from spectral_core.volume.pilot_places import most_apart, pilot_places, places_with, rectangle
+from spectral_core.volume.pilot_places import missed_by_sample, most_apart, pilot_places, places_with, rectangle
 from spectral_core.volume.pilot_rounding import other_roundings
 from spectral_core.volume.pilot_trials import Trial
 from spectral_core.volume.plan import _odd_pixels, plan
@@ -103,7 +103,9 @@ def test_the_pixels_that_differ_most_are_found_in_all_bands(size):
             apart[(x == c + 0.5) & (y == r + 0.5)] = value
         return apart, np.full(len(x), 1e-3)
 
-    found = [tuple(each) for each in most_apart(view, corners, compared, 10)]
+    pixels, apart, energy = most_apart(view, corners, compared, 10)
+    assert energy == pytest.approx(1e-3 * np.prod(last - first)) and list(apart) == sorted(wanted.values())[:-11:-1]
+    found = [tuple(each) for each in pixels]
     assert found == sorted(wanted, key=lambda each: -wanted[each])[:10]
     assert sum(seen) == np.prod(last - first) and (len(seen) > 1) == (size[0] > 1000)
 
@@ -115,7 +117,7 @@ def test_every_pixel_is_looked_at_only_where_a_sample_says_little():
     asked = []
 
     class Watched(Pilot):
-        def odd_pixels(self, trial):
+        def odd_pixels(self, trial, *, always=False):
             asked.append(trial)
             return np.zeros((0, 2), np.int64)
 
@@ -146,3 +148,17 @@ def test_rounding_counts_by_the_root_of_the_way_at_an_edge():
     glow = Material("glow", [0.5, 0.5], [0.0, 0.0], COLOR, [0.0, 2.0])
     assert smaller_db(ramp, level) == pytest.approx(18.06, abs=0.01)
     assert smaller_db(ramp, wall) == smaller_db(glow) == pytest.approx(9.03, abs=0.01)
+
+
+def test_a_sample_with_its_share_of_the_odd_pixels_misses_nothing():
+    view, corners = looking(200, 200)
+    places = places_with(view, corners, 400, np.array([[3, 3]]))  # each ray stands for 100 pixels
+    sample = np.floor(np.stack([places.x, places.y], axis=-1)[:400]).astype(np.int64)
+    taken = {tuple(each) for each in sample.tolist()}
+    free = np.array([(c, 100) for c in range(200) if (c, 100) not in taken][:99])
+    pixels = np.concatenate([free, sample[:1]])
+    assert missed_by_sample(places, view, corners, pixels, np.ones(100)) == pytest.approx((100.0, 0.0))
+    assert missed_by_sample(places, view, corners, free, np.ones(99)) == pytest.approx((99.0, 99.0))
+    # a single pixel is known, however wrong it is
+    known = np.concatenate([free, [[3, 3]]])
+    assert missed_by_sample(places, view, corners, known, np.append(np.ones(99), 1e9)) == pytest.approx((99.0, 99.0))
