@@ -150,7 +150,7 @@ class Pilot:
 
         corners = self.renderer.shown_corners(self.transfer)
         odd, apart, energy = most_apart(self.view, corners, compared, PILOT_RAYS // 4)
-        whole, missed = missed_by_sample(self.places, self.view, corners, odd, apart)
+        whole, missed = missed_by_sample(self.places, self.view, odd, apart)
         least = _WORTH * energy * 10.0 ** (-trial.snr_db / 10.0)
         return odd if always or (missed > least and missed > _UNEXPECTED * whole) else odd[:0]
 

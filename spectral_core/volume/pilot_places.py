@@ -27,7 +27,8 @@ class Places:
     """Picture coordinates ``x``, ``y`` (n,) of rays, in pixels: first ``sampled`` rays of a sample, then single ones.
 
     ``weights`` (n,): how much the squared color of each ray counts; 1 for those of the sample outside of the pixels
-    ``single`` (m, 2), and 0 inside. ``is_whole``: they are all pixels of the visible part, and none is a sample.
+    ``single`` (m, 2), and 0 inside. ``pixels``: number of those of the visible part. ``is_whole``: they are all taken,
+    and none is a sample.
     """
 
     x: Array
@@ -35,6 +36,7 @@ class Places:
     weights: Array
     sampled: int
     single: Pixels
+    pixels: int
     is_whole: bool
 
 
@@ -46,15 +48,16 @@ def places_with(view: View, corners: Array, count: int, single: Pixels | None = 
     x, y, is_whole = pilot_places(view, corners, count)
     pixels = np.zeros((0, 2), np.int64) if single is None or is_whole else np.unique(single, axis=0)
     weights, n = np.ones(len(x)), len(x)
+    first, last = rectangle(view, corners)[2:]
+    visible = max(int(np.prod(np.maximum(last - first, 0))), 1)
     if len(pixels):
-        first, last = rectangle(view, corners)[2:]
         flat = np.floor(x).astype(np.int64) * view.height + np.floor(y).astype(np.int64)
         weights = np.where(np.isin(flat, pixels[:, 0] * view.height + pixels[:, 1]), 0.0, 1.0)
-        others = max(int(np.prod(last - first)) - len(pixels), 1)
+        others = max(visible - len(pixels), 1)
         own = max(float(weights.sum()), 1.0) / others
         weights = np.append(weights, np.full(len(pixels), own))
         x, y = np.append(x, pixels[:, 0] + 0.5), np.append(y, pixels[:, 1] + 0.5)
-    return Places(x, y, weights, n, pixels, is_whole)
+    return Places(x, y, weights, n, pixels, visible, is_whole)
 
 
 def most_apart(view: View, corners: Array, compared: Compared, most: int) -> tuple[Pixels, Array, float]:
@@ -78,7 +81,7 @@ def most_apart(view: View, corners: Array, compared: Compared, most: int) -> tup
     return np.floor(at[counts]).astype(np.int64), found[counts], energy
 
 
-def missed_by_sample(places: Places, view: View, corners: Array, pixels: Pixels, apart: Array) -> tuple[float, float]:
+def missed_by_sample(places: Places, view: View, pixels: Pixels, apart: Array) -> tuple[float, float]:
     """(sum of the differences ``apart`` of ``pixels``, what of it a sample does not expect), single pixels left out.
 
     A sample that has its share of these pixels measures their error; one that has none of them knows nothing of it.
@@ -87,8 +90,7 @@ def missed_by_sample(places: Places, view: View, corners: Array, pixels: Pixels,
     others = ~np.isin(flat, places.single[:, 0] * view.height + places.single[:, 1])
     sample = np.floor(places.x[: places.sampled]).astype(np.int64) * view.height
     sample += np.floor(places.y[: places.sampled]).astype(np.int64)
-    first, last = rectangle(view, corners)[2:]
-    stands_for = float(np.prod(last - first)) / places.sampled
+    stands_for = places.pixels / places.sampled
     whole = float(apart[others].sum())
     return whole, whole - stands_for * float(apart[others & np.isin(flat, sample)].sum())
 

@@ -38,6 +38,7 @@ _CLEAR_DB, _BEST_DB = 12.0, 90.0
 # More rays are taken while the relative standard error of the error energy is above this, which is about 0.4 dB.
 _SPREAD = 0.1
 _FAINT = 0.5  # optical depth of a voxel up to which a few pixels with a small object do not count
+_MOST_PIXELS = 1 << 20  # of a picture with a measured error that are looked at: as much work as some samples per pixel
 _SEARCHES = 3  # times that the pixels are looked for in which the chosen steps are wrong
 
 
@@ -177,7 +178,7 @@ def _odd_pixels(pilot: Pilot, best: Trial) -> NDArray[np.int64]:
     a voxel is opaque, an object smaller than a step is as bright as a large one, so that any sample may have missed it.
     """
     is_measured = math.isfinite(best.snr_db) and not best.is_bound and best.spread <= _SPREAD
-    is_certain = is_measured and pilot.opacity <= _FAINT
+    is_certain = is_measured and (pilot.opacity <= _FAINT or pilot.places.pixels > _MOST_PIXELS)
     return (
         np.zeros((0, 2), np.int64)
         if pilot.is_whole or is_certain

@@ -121,7 +121,7 @@ def test_every_pixel_is_looked_at_only_where_a_sample_says_little():
             asked.append(trial)
             return np.zeros((0, 2), np.int64)
 
-    def is_asked(extinction: float, trial: Trial) -> bool:
+    def is_asked(extinction: float, trial: Trial, view: View = view) -> bool:
         transfer = TransferFunction((Material("m", [0.0, 2.0], [extinction, extinction], COLOR),))
         asked.clear()
         _odd_pixels(Watched(VolumeRenderer(volume), view, transfer, 40.0, count=64), trial)
@@ -131,6 +131,9 @@ def test_every_pixel_is_looked_at_only_where_a_sample_says_little():
     assert not is_asked(0.24, known) and is_asked(0.26, known)  # voxels of 2 along z
     assert is_asked(0.1, replace(known, snr_db=math.inf)) and is_asked(0.1, replace(known, is_bound=True))
     assert is_asked(0.1, replace(known, spread=0.2)) and PILOT_RAYS == 4096
+    # so many pixels are looked at only if nothing is known of their error
+    large = View.around(volume, width=3000, height=3000)
+    assert not is_asked(9.0, known, large) and is_asked(9.0, replace(known, is_bound=True), large)
 
 
 def test_rounding_counts_by_the_root_of_the_way_at_an_edge():
@@ -157,8 +160,8 @@ def test_a_sample_with_its_share_of_the_odd_pixels_misses_nothing():
     taken = {tuple(each) for each in sample.tolist()}
     free = np.array([(c, 100) for c in range(200) if (c, 100) not in taken][:99])
     pixels = np.concatenate([free, sample[:1]])
-    assert missed_by_sample(places, view, corners, pixels, np.ones(100)) == pytest.approx((100.0, 0.0))
-    assert missed_by_sample(places, view, corners, free, np.ones(99)) == pytest.approx((99.0, 99.0))
+    assert missed_by_sample(places, view, pixels, np.ones(100)) == pytest.approx((100.0, 0.0))
+    assert missed_by_sample(places, view, free, np.ones(99)) == pytest.approx((99.0, 99.0))
     # a single pixel is known, however wrong it is
     known = np.concatenate([free, [[3, 3]]])
-    assert missed_by_sample(places, view, corners, known, np.append(np.ones(99), 1e9)) == pytest.approx((99.0, 99.0))
+    assert missed_by_sample(places, view, known, np.append(np.ones(99), 1e9)) == pytest.approx((99.0, 99.0))
