@@ -110,6 +110,14 @@ class Pilot:
         return self._march(way, REFERENCE, **changed)[0]
 
     @property
+    def signal_spread(self) -> float:
+        """Standard error of the picture's energy, relative to it: large where a sample meets a few bright pixels."""
+        energies = np.sum(self.reference**2, axis=-1)
+        if self.is_whole or not energies.any():
+            return 0.0
+        return float(np.sqrt(np.sum(energies[: self.count] ** 2)) / np.sum(energies))
+
+    @property
     def opacity(self) -> float:
         """Most light that a voxel takes or emits: extinction plus emission, times its longest edge."""
         materials = self.transfer.materials

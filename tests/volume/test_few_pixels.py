@@ -124,7 +124,7 @@ def test_every_pixel_is_looked_at_only_where_a_sample_says_little():
     def is_asked(extinction: float, trial: Trial, view: View = view) -> bool:
         transfer = TransferFunction((Material("m", [0.0, 2.0], [extinction, extinction], COLOR),))
         asked.clear()
-        _odd_pixels(Watched(VolumeRenderer(volume), view, transfer, 40.0, count=64), trial)
+        _odd_pixels(Watched(VolumeRenderer(volume), view, transfer, 40.0, count=1000), trial)
         return bool(asked)
 
     known = Trial(Stepping(), 45.0, 1.0, 1.0)
@@ -165,3 +165,17 @@ def test_a_sample_with_its_share_of_the_odd_pixels_misses_nothing():
     # a single pixel is known, however wrong it is
     known = np.concatenate([free, [[3, 3]]])
     assert missed_by_sample(places, view, known, np.append(np.ones(99), 1e9)) == pytest.approx((99.0, 99.0))
+
+
+def test_a_picture_of_few_bright_pixels_is_uncertain():
+    """Half of the rays are as bright as each other: 1/√(n/2). One ray alone: its energy is not known at all."""
+    volume = ScalarVolume("slab", np.ones((8, 8, 8), np.float32))
+    fog = TransferFunction((Material("fog", [0.0, 2.0], [0.1, 0.1], COLOR),))
+    view = View.around(volume, width=100, height=100)
+    pilot = Pilot(VolumeRenderer(volume), view, fog, 40.0, count=400)
+    pilot.reference = np.repeat([[0.2, 0.2, 0.2], [0.0, 0.0, 0.0]], 200, axis=0)
+    assert pilot.signal_spread == pytest.approx(1 / math.sqrt(200))
+    pilot.reference = np.zeros((400, 3))
+    assert pilot.signal_spread == 0.0
+    pilot.reference[7] = 0.3
+    assert pilot.signal_spread == pytest.approx(1.0)
