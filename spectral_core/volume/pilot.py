@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, Quadrature, quadratures_of
 from spectral_core.volume.march.rules import Rule
-from spectral_core.volume.pilot_places import Places, most_apart, places_with
+from spectral_core.volume.pilot_places import Places, missed_by_sample, most_apart, places_with
 from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db
 from spectral_core.volume.pilot_rounding import Rounded, other_roundings
 from spectral_core.volume.pilot_trials import RAY, Trial, cheapest, is_beaten, next_log_scale
@@ -34,8 +34,11 @@ PILOT_RAYS = 4096
 MOST_RAYS = 16 * PILOT_RAYS
 # Steps of one voxel that also end at faces and turning points pass over no value, so that they see every small object;
 # midpoints need shorter ones.
-_SIGHT = Limits(1e-5, 1.0, 1.0 / 64.0, ends_at_faces=True, ends_at_turns=True)
-_SIGHT_SCALES: dict[Quadrature, float] = {"preintegrated": 1.0, "midpoint": 1.0 / 16.0}
+_SIGHT = Limits(1e-3, 1.0, 1.0 / 4.0, ends_at_faces=True, ends_at_turns=True)
+_SIGHT_2D = Limits(1e-3, 1.0, 1.0 / 16.0, ends_at_faces=True)
+_SIGHTS: dict[Quadrature, tuple[float, Limits]] = {"preintegrated": (1.0, _SIGHT), "midpoint": (1.0 / 16.0, _SIGHT_2D)}
+# Shares of the measured error, and of their differences, that odd pixels have beyond what the sample expects of them.
+_WORTH, _UNEXPECTED = 0.25, 0.35
 # Processor time of what else an iteration of the loop does, in iterations of the uniform midpoint march with one record
 # packet, and of a ray's first value; fitted to 360 marches of fields and functions drawn by a seed.
 _ADAPTIVE, _FACES, _PREINTEGRATED, _PACKET = 0.05, 0.05, 0.05, 0.1
@@ -107,6 +110,14 @@ class Pilot:
         return self._march(way, REFERENCE, **changed)[0]
 
     @property
+    def signal_spread(self) -> float:
+        """Standard error of the picture's energy, relative to it: large where a sample meets a few bright pixels."""
+        energies = np.sum(self.reference**2, axis=-1)
+        if self.is_whole or not energies.any():
+            return 0.0
+        return float(np.sqrt(np.sum(energies[: self.count] ** 2)) / np.sum(energies))
+
+    @property
     def opacity(self) -> float:
         """Most light that a voxel takes or emits: extinction plus emission, times its longest edge."""
         materials = self.transfer.materials
@@ -130,20 +141,26 @@ class Pilot:
         single = self.places.single if pixels is None else np.concatenate([self.places.single, pixels])
         return Pilot(self.renderer, self.view, self.transfer, quality_db, times * self.count, single)
 
-    def odd_pixels(self, trial: Trial) -> NDArray[np.int64]:
-        """(n, 2) columns and rows of the pixels in which a stepping is most likely wrong, ``PILOT_RAYS`` at most.
+    def odd_pixels(self, trial: Trial, *, always: bool = False) -> NDArray[np.int64]:
+        """(n, 2) columns and rows of the pixels in which a stepping is most likely wrong, ``PILOT_RAYS`` / 4 at most.
 
         Every pixel of the visible part is marched with ``trial`` and with steps that pass over no value. If more pixels
-        are wrong than are returned, the sample of the others contains many of them.
+        are wrong than are returned, the sample of the others contains many of them. Without ``always`` there are none
+        if the sample has its share of them, or if they would hardly change the error of ``trial``.
         """
-        fine = Stepping("uniform", self._quadrature, _SIGHT_SCALES[self._quadrature])
+        scale, limits = _SIGHTS[self._quadrature]
+        fine = Stepping("uniform", self._quadrature, scale)
 
         def compared(x: Array, y: Array) -> tuple[Array, Array]:
             pixels = (self.renderer.types.Float64(x), self.renderer.types.Float64(y))
-            shown, seen = (self._colors(*way, pixels)[0] for way in ((trial.stepping, USUAL), (fine, _SIGHT)))
+            shown, seen = (self._colors(*way, pixels)[0] for way in ((trial.stepping, USUAL), (fine, limits)))
             return np.sum((shown - seen) ** 2, axis=-1), np.sum(seen**2, axis=-1)
 
-        return most_apart(self.view, self.renderer.shown_corners(self.transfer), compared, PILOT_RAYS)
+        corners = self.renderer.shown_corners(self.transfer)
+        odd, apart, energy = most_apart(self.view, corners, compared, PILOT_RAYS // 4)
+        whole, missed = missed_by_sample(self.places, self.view, odd, apart)
+        least = _WORTH * energy * 10.0 ** (-trial.snr_db / 10.0)
+        return odd if always or (missed > least and missed > _UNEXPECTED * whole) else odd[:0]
 
     def try_out(self, stepping: Stepping) -> Trial:
         """March the pilot rays with ``stepping``; each stepping once."""

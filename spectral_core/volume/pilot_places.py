@@ -18,6 +18,7 @@ Pixels = NDArray[np.int64]
 Compared = Callable[[Array, Array], tuple[Array, Array]]
 
 _BAND = 1 << 20  # pixels that are marched at a time
+_NEARLY_ALL = 0.999  # of the differences of those pixels: the smallest ones cost as much as the others
 _NEGLIGIBLE = 10.0**-9.5  # of a picture's energy: what all differences that are left out have together at most
 
 
@@ -26,7 +27,8 @@ class Places:
     """Picture coordinates ``x``, ``y`` (n,) of rays, in pixels: first ``sampled`` rays of a sample, then single ones.
 
     ``weights`` (n,): how much the squared color of each ray counts; 1 for those of the sample outside of the pixels
-    ``single`` (m, 2), and 0 inside. ``is_whole``: they are all pixels of the visible part, and none is a sample.
+    ``single`` (m, 2), and 0 inside. ``pixels``: number of those of the visible part. ``is_whole``: they are all taken,
+    and none is a sample.
     """
 
     x: Array
@@ -34,6 +36,7 @@ class Places:
     weights: Array
     sampled: int
     single: Pixels
+    pixels: int
     is_whole: bool
 
 
@@ -45,19 +48,21 @@ def places_with(view: View, corners: Array, count: int, single: Pixels | None = 
     x, y, is_whole = pilot_places(view, corners, count)
     pixels = np.zeros((0, 2), np.int64) if single is None or is_whole else np.unique(single, axis=0)
     weights, n = np.ones(len(x)), len(x)
+    first, last = rectangle(view, corners)[2:]
+    visible = max(int(np.prod(np.maximum(last - first, 0))), 1)
     if len(pixels):
-        first, last = rectangle(view, corners)[2:]
         flat = np.floor(x).astype(np.int64) * view.height + np.floor(y).astype(np.int64)
         weights = np.where(np.isin(flat, pixels[:, 0] * view.height + pixels[:, 1]), 0.0, 1.0)
-        others = max(int(np.prod(last - first)) - len(pixels), 1)
+        others = max(visible - len(pixels), 1)
         own = max(float(weights.sum()), 1.0) / others
         weights = np.append(weights, np.full(len(pixels), own))
         x, y = np.append(x, pixels[:, 0] + 0.5), np.append(y, pixels[:, 1] + 0.5)
-    return Places(x, y, weights, n, pixels, is_whole)
+    return Places(x, y, weights, n, pixels, visible, is_whole)
 
 
-def most_apart(view: View, corners: Array, compared: Compared, most: int) -> Pixels:
-    """(n, 2) columns and rows of at most ``most`` pixels in which two pictures differ most, without negligible ones.
+def most_apart(view: View, corners: Array, compared: Compared, most: int) -> tuple[Pixels, Array, float]:
+    """(n, 2) columns and rows of at most ``most`` pixels in which two pictures differ most, their (n,) differences, and
+    the energy of the picture. Differences without effect are left out.
 
     ``compared`` takes the centers x and y of pixels and returns (pixels,) differences and energies of their colors. It
     is asked for all pixels of the rectangle that ``corners`` project to, some rows at a time.
@@ -72,7 +77,22 @@ def most_apart(view: View, corners: Array, compared: Compared, most: int) -> Pix
         found, at = np.append(found, apart), np.concatenate([at, np.stack([x, y], axis=-1)])
         largest = np.argsort(-found)[:most]
         found, at = found[largest], at[largest]
-    return np.floor(at[found > _NEGLIGIBLE * energy / most]).astype(np.int64)
+    counts = (found > _NEGLIGIBLE * energy / most) & (np.cumsum(found) - found < _NEARLY_ALL * found.sum())
+    return np.floor(at[counts]).astype(np.int64), found[counts], energy
+
+
+def missed_by_sample(places: Places, view: View, pixels: Pixels, apart: Array) -> tuple[float, float]:
+    """(sum of the differences ``apart`` of ``pixels``, what of it a sample does not expect), single pixels left out.
+
+    A sample that has its share of these pixels measures their error; one that has none of them knows nothing of it.
+    """
+    flat = pixels[:, 0] * view.height + pixels[:, 1]
+    others = ~np.isin(flat, places.single[:, 0] * view.height + places.single[:, 1])
+    sample = np.floor(places.x[: places.sampled]).astype(np.int64) * view.height
+    sample += np.floor(places.y[: places.sampled]).astype(np.int64)
+    stands_for = places.pixels / places.sampled
+    whole = float(apart[others].sum())
+    return whole, whole - stands_for * float(apart[others & np.isin(flat, sample)].sum())
 
 
 def rectangle(view: View, corners: Array) -> tuple[Array, Array, Pixels, Pixels]:

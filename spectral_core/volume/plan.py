@@ -38,6 +38,7 @@ _CLEAR_DB, _BEST_DB = 12.0, 90.0
 # More rays are taken while the relative standard error of the error energy is above this, which is about 0.4 dB.
 _SPREAD = 0.1
 _FAINT = 0.5  # optical depth of a voxel up to which a few pixels with a small object do not count
+_MOST_PIXELS = 1 << 20  # of a picture with a measured error that are looked at: as much work as some samples per pixel
 _SEARCHES = 3  # times that the pixels are looked for in which the chosen steps are wrong
 
 
@@ -137,7 +138,7 @@ def plan(
     return Plan(
         best.stepping,
         best.snr_db,
-        _interval(best, pilot.reference_db),
+        _interval(best, pilot.reference_db, pilot.signal_spread),
         quality,
         trials,
         time.perf_counter() - start,
@@ -176,9 +177,13 @@ def _odd_pixels(pilot: Pilot, best: Trial) -> NDArray[np.int64]:
     A sample without an error says nothing of a few pixels, and one whose error is that of a few rays says little. Where
     a voxel is opaque, an object smaller than a step is as bright as a large one, so that any sample may have missed it.
     """
-    is_measured = math.isfinite(best.snr_db) and not best.is_bound and best.spread <= _SPREAD
-    is_certain = is_measured and pilot.opacity <= _FAINT
-    return np.zeros((0, 2), np.int64) if pilot.is_whole or is_certain else pilot.odd_pixels(best)
+    is_measured = math.isfinite(best.snr_db) and not best.is_bound and _uncertainty(pilot, best) <= _SPREAD
+    is_certain = is_measured and (pilot.opacity <= _FAINT or pilot.places.pixels > _MOST_PIXELS)
+    return (
+        np.zeros((0, 2), np.int64)
+        if pilot.is_whole or is_certain
+        else pilot.odd_pixels(best, always=_uncertainty(pilot, best) > _SPREAD)
+    )
 
 
 def _tried(pilot: Pilot, ways: list[Stepping], quality_db: float) -> tuple[Trial, ...]:
@@ -239,22 +244,27 @@ def _stated(pilot: Pilot, best: Trial, quality_db: float) -> tuple[Pilot, Trial]
     ):
         pilot = pilot.sharper()
         best = pilot.try_out(best.stepping)
-    while pilot.count < MOST_RAYS and not pilot.is_whole and best.spread > _SPREAD:
+    while pilot.count < MOST_RAYS and not pilot.is_whole and _uncertainty(pilot, best) > _SPREAD:
         # Few rays carry much of the error: of four times as many rays, four times as many are of this kind.
         pilot = pilot.denser(pilot.quality_db)
         best = pilot.solve(best.stepping, quality_db, 5 * _CHOSEN_DB, tries=4)
     return pilot, best
 
 
-def _interval(best: Trial, reference_db: float) -> tuple[float, float]:
-    """95 % interval of the SNR: the error energy as log-normal, and the reference's own error."""
+def _uncertainty(pilot: Pilot, best: Trial) -> float:
+    """Standard error of the ratio of the error's and the picture's energy, relative to it."""
+    return math.hypot(best.spread, pilot.signal_spread)
+
+
+def _interval(best: Trial, reference_db: float, signal_spread: float = 0.0) -> tuple[float, float]:
+    """95 % interval of the SNR: the energies of error and picture as log-normal, and the reference's own error."""
     if not math.isfinite(best.snr_db):
         return best.snr_db, best.snr_db
     if best.is_bound:
         return best.snr_db, math.inf
     # The two errors may have the same sign everywhere: amplitudes are then subtracted, or added.
     own = 2.0 * 10.0 ** ((best.snr_db - reference_db) / 20.0)
-    width = 10.0 / math.log(10.0) * math.hypot(1.96 * best.spread, min(own, 1.0))
+    width = 10.0 / math.log(10.0) * math.hypot(1.96 * best.spread, 1.96 * signal_spread, min(own, 1.0))
     return best.snr_db - width, best.snr_db + width
 
 

@@ -13,7 +13,7 @@ from benchmarks.volume.checks.exact import exact_amounts
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.pilot import PILOT_RAYS, Pilot
-from spectral_core.volume.pilot_places import most_apart, pilot_places, places_with, rectangle
+from spectral_core.volume.pilot_places import missed_by_sample, most_apart, pilot_places, places_with, rectangle
 from spectral_core.volume.pilot_rounding import other_roundings
 from spectral_core.volume.pilot_trials import Trial
 from spectral_core.volume.plan import _odd_pixels, plan
@@ -103,7 +103,9 @@ def test_the_pixels_that_differ_most_are_found_in_all_bands(size):
             apart[(x == c + 0.5) & (y == r + 0.5)] = value
         return apart, np.full(len(x), 1e-3)
 
-    found = [tuple(each) for each in most_apart(view, corners, compared, 10)]
+    pixels, apart, energy = most_apart(view, corners, compared, 10)
+    assert energy == pytest.approx(1e-3 * np.prod(last - first)) and list(apart) == sorted(wanted.values())[:-11:-1]
+    found = [tuple(each) for each in pixels]
     assert found == sorted(wanted, key=lambda each: -wanted[each])[:10]
     assert sum(seen) == np.prod(last - first) and (len(seen) > 1) == (size[0] > 1000)
 
@@ -115,20 +117,23 @@ def test_every_pixel_is_looked_at_only_where_a_sample_says_little():
     asked = []
 
     class Watched(Pilot):
-        def odd_pixels(self, trial):
+        def odd_pixels(self, trial, *, always=False):
             asked.append(trial)
             return np.zeros((0, 2), np.int64)
 
-    def is_asked(extinction: float, trial: Trial) -> bool:
+    def is_asked(extinction: float, trial: Trial, view: View = view) -> bool:
         transfer = TransferFunction((Material("m", [0.0, 2.0], [extinction, extinction], COLOR),))
         asked.clear()
-        _odd_pixels(Watched(VolumeRenderer(volume), view, transfer, 40.0, count=64), trial)
+        _odd_pixels(Watched(VolumeRenderer(volume), view, transfer, 40.0, count=1000), trial)
         return bool(asked)
 
     known = Trial(Stepping(), 45.0, 1.0, 1.0)
     assert not is_asked(0.24, known) and is_asked(0.26, known)  # voxels of 2 along z
     assert is_asked(0.1, replace(known, snr_db=math.inf)) and is_asked(0.1, replace(known, is_bound=True))
     assert is_asked(0.1, replace(known, spread=0.2)) and PILOT_RAYS == 4096
+    # so many pixels are looked at only if nothing is known of their error
+    large = View.around(volume, width=3000, height=3000)
+    assert not is_asked(9.0, known, large) and is_asked(9.0, replace(known, is_bound=True), large)
 
 
 def test_rounding_counts_by_the_root_of_the_way_at_an_edge():
@@ -146,3 +151,31 @@ def test_rounding_counts_by_the_root_of_the_way_at_an_edge():
     glow = Material("glow", [0.5, 0.5], [0.0, 0.0], COLOR, [0.0, 2.0])
     assert smaller_db(ramp, level) == pytest.approx(18.06, abs=0.01)
     assert smaller_db(ramp, wall) == smaller_db(glow) == pytest.approx(9.03, abs=0.01)
+
+
+def test_a_sample_with_its_share_of_the_odd_pixels_misses_nothing():
+    view, corners = looking(200, 200)
+    places = places_with(view, corners, 400, np.array([[3, 3]]))  # each ray stands for 100 pixels
+    sample = np.floor(np.stack([places.x, places.y], axis=-1)[:400]).astype(np.int64)
+    taken = {tuple(each) for each in sample.tolist()}
+    free = np.array([(c, 100) for c in range(200) if (c, 100) not in taken][:99])
+    pixels = np.concatenate([free, sample[:1]])
+    assert missed_by_sample(places, view, pixels, np.ones(100)) == pytest.approx((100.0, 0.0))
+    assert missed_by_sample(places, view, free, np.ones(99)) == pytest.approx((99.0, 99.0))
+    # a single pixel is known, however wrong it is
+    known = np.concatenate([free, [[3, 3]]])
+    assert missed_by_sample(places, view, known, np.append(np.ones(99), 1e9)) == pytest.approx((99.0, 99.0))
+
+
+def test_a_picture_of_few_bright_pixels_is_uncertain():
+    """Half of the rays are as bright as each other: 1/√(n/2). One ray alone: its energy is not known at all."""
+    volume = ScalarVolume("slab", np.ones((8, 8, 8), np.float32))
+    fog = TransferFunction((Material("fog", [0.0, 2.0], [0.1, 0.1], COLOR),))
+    view = View.around(volume, width=100, height=100)
+    pilot = Pilot(VolumeRenderer(volume), view, fog, 40.0, count=400)
+    pilot.reference = np.repeat([[0.2, 0.2, 0.2], [0.0, 0.0, 0.0]], 200, axis=0)
+    assert pilot.signal_spread == pytest.approx(1 / math.sqrt(200))
+    pilot.reference = np.zeros((400, 3))
+    assert pilot.signal_spread == 0.0
+    pilot.reference[7] = 0.3
+    assert pilot.signal_spread == pytest.approx(1.0)

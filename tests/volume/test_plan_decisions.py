@@ -123,6 +123,7 @@ class Refining:
         self.reference_db, self.count, self.quality_db, self.spread = reference_db, count, 60.0, spread
         self.done: list[str] = []
         self.is_rounded = self.is_whole = False
+        self.signal_spread = 0.0
 
     def sharper(self) -> Refining:
         self.done.append("sharper")

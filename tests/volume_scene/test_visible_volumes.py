@@ -50,7 +50,7 @@ def wall(name: str, z: float) -> tuple[Mesh, Instance]:
 
 
 def seen(*volumes: VolumeObject, mirrored: bool = False) -> float:
-    """A floor under a lamp; or a mirror on the floor with a glowing ceiling above the camera."""
+    """A floor under a lamp; or a mirror on the floor under a ceiling that emits light."""
     matrix = np.eye(4)
     matrix[2, 3] = 4.0
     camera = Camera(world_from_camera=matrix, kind="orthographic", orthographic_scale=0.2)
