@@ -175,6 +175,17 @@ def blender_message(error: RuntimeError) -> str:
     return "; ".join(dict.fromkeys(lines))
 
 
+def unsaved_remedy(render: Any) -> str:
+    """What to do where Blender writes no multilayer file: it states only that it cannot save."""
+    is_square = render.pixel_aspect_x == render.pixel_aspect_y
+    if is_square or render.image_settings.file_format != "OPEN_EXR_MULTILAYER":
+        return ""
+    return (
+        f"; its pixels are {render.pixel_aspect_x:g} by {render.pixel_aspect_y:g}, and Blender 5.0 writes multilayer "
+        "EXR of square pixels only; set Aspect X and Y to 1, or write a picture without passes"
+    )
+
+
 @contextmanager
 def chatter_to_stderr() -> Iterator[None]:
     """Redirect Blender's output to standard error, so that standard output holds the command's own lines."""

@@ -179,7 +179,8 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
         try:
             bpy.ops.render.render(write_still=True)
         except RuntimeError as error:
-            raise RenderError(f"frame {frame}: {_blend.blender_message(error)}") from error
+            remedy = _blend.unsaved_remedy(scene.render) if "cannot save" in str(error) else ""
+            raise RenderError(f"frame {frame}: {_blend.blender_message(error)}{remedy}") from error
         result = _finished(jobs.records, frame)
         files = written_or_kept(
             path,

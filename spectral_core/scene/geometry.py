@@ -45,7 +45,8 @@ class Mesh:
     ``positions``: (v, 3) float32. ``triangles``: (t, 3) uint32. ``normals``: (v, 3) float32 unit shading normals or
     None for flat faces. ``uvs``: (v, 2) float32 or None. ``material_indices``: (t,) uint16, or None for all 0.
     ``attributes``: data per vertex for shading programs. ``is_strands``: tubes of hair, whose walls no ray meets from
-    within. Corners that differ in any of these are separate vertices.
+    within. ``has_uv_map``: False if ``uvs`` are zeros that stand for a missing map. Corners that differ
+    in any of these are separate vertices.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Mesh:
     material_indices: NDArray[np.uint16] | None = None
     attributes: tuple[Attribute, ...] = ()
     is_strands: bool = False
+    has_uv_map: bool = True
 
     def __post_init__(self) -> None:
         # asarray, not a copy: every frame passes a million triangles through here

@@ -193,6 +193,18 @@ def test_render_writes_passes_as_layers(saved, tmp_path, capfd):
         assert status == 1 and message in error
 
 
+def test_a_multilayer_file_that_blender_refuses_for_its_pixels_says_so(saved, tmp_path, capfd):
+    bpy.context.scene.render.pixel_aspect_x = 2.0
+    bpy.ops.wm.save_mainfile()
+    out = tmp_path / "wide.exr"
+    status, _, error = call(capfd, "render", saved, "--out", out, "--passes", "Depth")
+    if status == 0:
+        pytest.skip("this Blender writes such files")
+    assert "its pixels are 2 by 1" in error and "set Aspect X and Y to 1" in error
+    assert not out.exists()
+    assert call(capfd, "render", saved, "--out", out)[0] == 0
+
+
 def test_render_denoises_on_request_if_the_package_is_installed(saved, tmp_path, capfd):
     from spectral_core.render.denoise import is_installed
 

@@ -225,15 +225,39 @@ def test_passes_of_one_ray_show_the_middle_of_each_pixel(both, name):
 
 
 def test_a_mesh_without_a_uv_map_has_no_uv_pass(build, tmp_path):
-    ball = bpy.data.metaballs.new("Drop")
-    ball.elements.new().radius = 1.5
-    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Drop", ball))
+    """A map whose coordinates are all zero has one, as in Cycles."""
+    for x, name in ((-0.7, "Mapped"), (0.7, "Plain")):
+        plane = build.plane(name, 1.0)
+        plane.location.x = x
+        layers = plane.data.uv_layers
+        while layers:
+            layers.remove(layers[0])
+        if name == "Mapped":
+            layers.new(name="UVMap").uv.foreach_set("vector", np.zeros(8, np.float32))
     build.camera((0, 0, 5.0))
-    small_picture(4, 8)
+    small_picture(16, 24)
     bpy.context.view_layer.use_pass_uv = True
     (theirs, _), (ours, _) = rendered(tmp_path, "CYCLES"), rendered(tmp_path, "SPECTRAL")
-    assert theirs["Combined"][4, 4, 3] > 0.9
-    assert not theirs["UV"].any() and not ours["UV"].any()
+    assert theirs["UV"].max() > 0.9
+    assert np.abs(ours["UV"] - theirs["UV"]).mean() < 0.01
+
+
+@pytest.mark.parametrize("kind", ["FISHEYE_EQUISOLID", "MIRRORBALL"])
+def test_outside_of_the_circle_of_a_panorama_the_passes_are_empty(build, tmp_path, kind):
+    """The pass of the environment and the world's light group were full there."""
+    scene, layer = bpy.context.scene, bpy.context.view_layer
+    build.plane(size=1.0)
+    scene.world = bpy.data.worlds.new("World")
+    layer.lightgroups.add(name="sky")
+    scene.world.lightgroup = "sky"
+    camera = build.camera((0, 0, 5.0)).data
+    camera.type, camera.panorama_type, camera.fisheye_lens, camera.fisheye_fov = "PANO", kind, 10.0, 2.0
+    small_picture(16, 24)
+    layer.use_pass_environment = True
+    (theirs, _), (ours, _) = rendered(tmp_path, "CYCLES"), rendered(tmp_path, "SPECTRAL")
+    for name in ("Environment", "Combined_sky", "Combined"):
+        assert theirs[name][0, 0, :3].max() == 0
+        assert np.abs(ours[name] - theirs[name])[..., :3].mean() < 0.02 * theirs[name][..., :3].mean() + 1e-3, name
 
 
 def test_light_reflected_below_a_coarse_surface_is_glossy_not_transmitted(build, tmp_path):

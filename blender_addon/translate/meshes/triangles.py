@@ -107,6 +107,7 @@ def translate_mesh(
         uvs=uvs,
         material_indices=_material_indices(source, count),
         attributes=tuple(Attribute(item, values) for item, values in extra.items()),
+        has_uv_map=uv_layer(source, "") is not None,
     )
 
 

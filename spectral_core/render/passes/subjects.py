@@ -41,8 +41,7 @@ class Subjects:
         self.numbers = {kind: table(mitsuba.UInt32, [0, *rows]) for kind, rows in self._distinct.items()}
         self.object_index = table(mitsuba.Float, [0.0, *(float(item.index) for item in scene.instances)])
         self.material_index = table(mitsuba.Float, [0.0, *(float(item.index) for item in scene.materials)])
-        # a mesh without a UV map has zeros where a program reads it
-        mapped = {name: float(mesh.uvs is not None and bool(mesh.uvs.any())) for name, mesh in meshes.items()}
+        mapped = {name: float(mesh.uvs is not None and mesh.has_uv_map) for name, mesh in meshes.items()}
         has_uv = [mapped[item.mesh] for item in scene.instances]
         self.has_uv = table(mitsuba.Float, [0.0, *has_uv])
         self.outputs = _outputs(context, scene, wanted)

@@ -210,6 +210,8 @@ class Accumulator:
         # where nothing covers the picture, there may still be a lamp that the camera sees, or a pass of the environment
         meets = has_volumes or first_hit.shows_lamps or getattr(integrator, "sums", None) is not None
         seen = mi.Bool(True) if meets else dr.min(passed) < 1.0
+        if self._sees_partly:  # outside a fisheye's circle the picture and its passes are empty
+            seen &= looks
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
         if getattr(integrator, "tells_reflections", False):
             extra, parts = extra[:-8], extra[-8:]
@@ -221,7 +223,7 @@ class Accumulator:
         (radiance, later), finite = self._finite((radiance, later), seen)
         radiance -= dr.select(seen, behind, 0.0)  # radiance holds the environment behind: its mean is subtracted
         covered = 1.0 - channel_mean(dr, passed)
-        if self._sees_partly:  # outside a fisheye's circle the picture is empty
+        if self._sees_partly:
             radiance, covered = dr.select(looks, radiance, 0.0), dr.select(looks, covered, 0.0)
         return (radiance, later), covered, finite
 
