@@ -7,7 +7,9 @@ import argparse
 import ctypes
 import os
 import re
+import signal
 import sys
+import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -47,7 +49,7 @@ def add_accuracy_arguments(parser: argparse.ArgumentParser) -> None:
 
 def scene_file(arguments: argparse.Namespace) -> Path:
     """The .blend file of the command line. Raises InvalidInputError if there is none."""
-    path = Path(arguments.scene).expanduser().resolve()
+    path = Path(arguments.scene).resolve()
     if not path.is_file():
         raise InvalidInputError(no_file(path, "name the .blend file to render"))
     return path
@@ -121,13 +123,30 @@ def _override(settings: Any, text: str) -> None:
 def _bpy() -> Any:
     """Blender's Python module with the extension enabled; its console output goes to standard error."""
     try:
-        import bpy
+        with _without_interrupts():
+            import bpy
     except ImportError as error:
         raise MissingDependencyError.package("bpy", "reading .blend files outside Blender", "blender") from error
     import blender_addon
 
     blender_addon.register_once()
     return bpy
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Let Ctrl-C wait until the block ends: a start of Blender that is interrupted crashes."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pressed: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _frame: pressed.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before or signal.SIG_DFL)
+    if pressed:
+        raise KeyboardInterrupt
 
 
 def missing_files() -> list[str]:

@@ -162,7 +162,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
 
     from .. import jobs
 
-    path = (_of_frame(arguments, out, frame) if arguments.animation else out).expanduser().resolve()
+    path = (_of_frame(arguments, out, frame) if arguments.animation else out).resolve()
     _blend.require_outputs([path])
     _go_to(scene, frame)
     jobs.records.clear()

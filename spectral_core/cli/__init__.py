@@ -21,7 +21,7 @@ from spectral_core import __version__
 from spectral_core.cli.shared import terminal
 from spectral_core.cli.shared.parser import CommandParser, by_option
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import SpectralError, UnknownNameError
+from spectral_core.errors import RenderCancelled, SpectralError, UnknownNameError
 
 
 def command_packages(packages: Sequence[str] = ()) -> dict[str, str]:
@@ -115,6 +115,8 @@ def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
         if parsed.unused is not None:
             parser.refuse_unused(parsed, parsed.unused(parsed))
         return int(parsed.run(parsed))
+    except RenderCancelled as error:  # by Ctrl-C, which the renderer has received as well
+        return _failed(parsed, error, str(error), terminal.STOPPED)
     except SpectralError as error:
         return _failed(parsed, error, by_option(str(error), parsed.named))
     except MemoryError as error:
@@ -129,9 +131,9 @@ def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
         return terminal.STOPPED
 
 
-def _failed(parsed: argparse.Namespace, error: Exception, message: str) -> int:
-    """Print the reason in one line, and as JSON if requested."""
+def _failed(parsed: argparse.Namespace, error: Exception, message: str, status: int = 1) -> int:
+    """Print the reason in one line, and as JSON if requested; returns the exit status."""
     print(f"spectral-scene {parsed.command}: {terminal.one_line(message)}", file=sys.stderr)
     if parsed.json:
         print_json({"error": message, "kind": type(error).__name__})
-    return 1
+    return status

@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--columns", nargs="+", metavar="NAME", help="variables of the figure, or features of the analysis"
     )
-    parser.add_argument("--color", default="", metavar="NAME", help="variable that colors the figure")
+    parser.add_argument("--color", metavar="NAME", help="variable that colors the figure")
     parser.add_argument(
         "--error-time", type=Path, metavar="FILE", help="draw error against time; --columns names the errors"
     )
@@ -240,7 +240,7 @@ def _figures(arguments: argparse.Namespace, table: Any) -> None:
     if arguments.figure:
         shown = arguments.columns or shown_at_first(table)
         logarithmic = [name for name, about in table.about.items() if about.get("log")]
-        drawn = draw_matrix(arguments.figure, columns, shown, color=arguments.color, logarithmic=logarithmic)
+        drawn = draw_matrix(arguments.figure, columns, shown, color=arguments.color or "", logarithmic=logarithmic)
         print(f"wrote {drawn}")
         others = [name for name in columns if not is_file_column(name) and name not in shown]
         if not arguments.columns and others:

@@ -30,10 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "transport", type=Path, metavar="TRANSPORT.exr", help="as `spectral-scene transport` records it"
     )
-    parser.add_argument(
-        "--light", default="", metavar="GROUP=LAMP,…", help="spectra: catalogue names, FILE or FILE@NAME"
-    )
-    parser.add_argument("--mix", default="", metavar="GROUP=AMOUNT,…", help="intensities; 1 is as rendered")
+    parser.add_argument("--light", metavar="GROUP=LAMP,…", help="spectra: catalogue names, FILE or FILE@NAME")
+    parser.add_argument("--mix", metavar="GROUP=AMOUNT,…", help="intensities; 1 is as rendered")
     parser.add_argument(
         "--dial", metavar="X,Y", help="selector on the dial (bulbs on a polygon of radius 1), or a path X,Y;X,Y;…"
     )
@@ -67,9 +65,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError(f"--html is {str(arguments.html)!r}; end it with .html, or no browser opens it")
     transport = read_transport(arguments.transport)
     groups = transport.groups
-    named = _pairs("--light", arguments.light, groups)
+    named = _pairs("--light", arguments.light or "", groups)
     lights = {group: illuminant_named(name) for group, name in named.items()}
-    mix = {group: _number("--mix", amount) for group, amount in _pairs("--mix", arguments.mix, groups).items()}
+    mix = {group: _number("--mix", amount) for group, amount in _pairs("--mix", arguments.mix or "", groups).items()}
     weights = None if arguments.out is None else _dial_weights(arguments, len(groups))
     read = [file for name in named.values() for file in files_in(name)]
     require_outputs(_targets(arguments), [arguments.transport, *read])

@@ -20,6 +20,8 @@ from typing import Any
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 
+MOST_SHARES = 100_000
+"""Commands of an array job: schedulers take fewer."""
 NAMED = {"the budget": "--budget"}
 
 
@@ -70,6 +72,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.workers < 1:
         raise InvalidInputError(f"--workers is {arguments.workers}; expected 1 or more")
+    if arguments.shell is not None and not 1 <= arguments.shell <= MOST_SHARES:
+        raise InvalidInputError(f"--shell is {arguments.shell}; expected 1 to {MOST_SHARES} commands")
     folder = arguments.out or Path(arguments.sweep.stem + ".cdb")
     document = read_sweep(arguments.sweep)
     _require_listed(arguments, folder)
@@ -171,8 +175,6 @@ def _dask(address: str) -> tuple[Executor, int]:
 
 def _print_shell(arguments: argparse.Namespace, folder: Path) -> None:
     """Commands for any scheduler: each computes its share, then one collects."""
-    if arguments.shell < 1:
-        raise InvalidInputError(f"--shell is {arguments.shell}; expected 1 or more commands")
     own = [*arguments.program, "sweep", str(arguments.sweep.absolute()), "--out", str(folder.absolute())]
     for number in range(1, arguments.shell + 1):
         print(shlex.join([*own, "--share", f"{number}/{arguments.shell}"]))

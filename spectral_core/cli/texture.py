@@ -43,7 +43,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--exact", action="store_true", help="lower the contrast of all texels until every one is exact"
     )
     parser.add_argument(
-        "--spectra", type=int, metavar="K", help="basis spectra, 6 to 8 (6 for designed lights, else 8)"
+        "--spectra",
+        type=int,
+        metavar="K",
+        help="basis spectra, 6 to 8, of one picture 4 to 8 (6 for designed lights, else 8)",
     )
     parser.add_argument(
         "--importance", type=float, default=1.0, metavar="W", help="weight of picture 1 over picture 2 (1)"

@@ -21,6 +21,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from spectral_core.checks import require_range
 from spectral_core.cli.shared.fill_values import noted
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
@@ -38,6 +39,8 @@ NAMED = {
     "width of a view": "the width in --size", "height of a view": "the height in --size", "azimuth_deg": "--azimuth",
     "elevation_deg": "--elevation", "zoom": "--zoom", "fov_deg": "--fov (0 for orthographic)",
 }  # fmt: skip
+LENGTHS = (1e-30, 1e30)
+"""Least and largest edge of a voxel: its square is still a number of double precision."""
 QUALITY_DB = {"draft": 35.0, "preview": 42.0, "good": 50.0, "best": 60.0}
 
 
@@ -143,8 +146,9 @@ def _frames(arguments: argparse.Namespace) -> list[_Frame]:
     from spectral_core.volume.files import RawLayout, find_sequence, read_volume
 
     raw = None
-    if arguments.spacing is not None and not all(0 < each < math.inf for each in arguments.spacing):
-        raise InvalidInputError(f"--spacing is {arguments.spacing}; expected three lengths above 0")
+    if arguments.spacing is not None:
+        for each in arguments.spacing:
+            require_range("--spacing", each, *LENGTHS)
     if (arguments.raw_shape is None) != (arguments.raw_type is None):
         raise InvalidInputError("--raw-shape and --raw-type go together; give both or neither")
     if arguments.raw_shape is not None:

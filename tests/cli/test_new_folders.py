@@ -98,3 +98,15 @@ def test_a_light_model_keeps_the_spectra_that_it_reads(folder: Path, capsys: Any
     assert main(["light-model", "--surface", "paints.csv@ochre", "--out", "paints.csv"]) == 1
     assert "would be lost" in capsys.readouterr().err
     assert path.read_bytes() == before
+
+
+def test_the_home_folder_in_an_option(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    """``--out=~/pictures``, which shells leave as it is, made a folder named ~."""
+    monkeypatch.setenv("HOME", str(folder / "home"))
+    assert main(["mix", "cyan:3", "--out=~/new/mixed.csv"]) == 0
+    assert main(["mix", "cyan:3", "--out", "./~odd.csv"]) == 0
+    assert (folder / "home/new/mixed.csv").is_file() and (folder / "~odd.csv").is_file()
+    assert not (folder / "~").exists()
+    kept = folder / "home/new/mixed.csv"
+    assert main(["light-model", "--light", "D65", "--surface=~/new/mixed.csv", "--out", str(kept)]) == 1
+    assert "would be lost" in capsys.readouterr().err

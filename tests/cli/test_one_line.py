@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from spectral_core.cli import main
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 ODD = "a\nb\x1b[31m\r\u2028c.toml"
 
 
@@ -42,3 +44,26 @@ def test_no_number(words: list[str], expected: str, capsys: Any) -> None:
     with pytest.raises(SystemExit, match="^2$"):
         main(words)
     assert expected in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["sweep", "s.toml", "--dask", ""], ["explore", "f.cdb", "--reference="], ["relight", "t.exr", "--mix", " "],
+     ["recipe", "paints", "p.csv", "--target", ""], ["volume", "", "--transfer", "wide"], ["design", "--preset", ""]],
+)  # fmt: skip
+def test_empty_values_are_refused(words: list[str], capsys: Any) -> None:
+    """``sweep --dask "$SCHEDULER"`` without that variable computed on this machine, without a word."""
+    with pytest.raises(SystemExit, match="^2$"):
+        main(words)
+    assert "is empty" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("count", ["0", "-1", "99999999999999999999"])
+def test_shares_are_counted_before_points_are_listed(count: str, tmp_path: Path, capsys: Any) -> None:
+    """A huge count of commands was printed without an end; 0 was refused after the folder was made."""
+    document = tmp_path / "s.toml"
+    document.write_text((EXAMPLES / "sweeps/palette.toml").read_text("utf-8"), "utf-8")
+    (tmp_path.parent / "metamer_pair.toml").write_text((EXAMPLES / "metamer_pair.toml").read_text("utf-8"), "utf-8")
+    assert main(["sweep", str(document), "--out", str(tmp_path / "made"), "--shell", count]) == 1
+    assert "--shell is" in capsys.readouterr().err
+    assert not (tmp_path / "made.cdb").exists()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -26,11 +27,18 @@ class CommandParser(argparse.ArgumentParser):
         self._negative_number_matcher = NEGATIVE
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
-        """The value of a word; the empty one names no file, and is what a shell makes of a variable that is not set."""
-        if action.type is Path and not arg_string.strip():
-            raise argparse.ArgumentError(action, "the name is empty; expected a file or folder")
+        """The value of a word. An empty one is what a shell makes of a variable that is not set: it is refused.
+
+        Shells leave the ``~`` of ``--out=~/pictures`` as it is; the folder would have this name.
+        """
+        if not arg_string.strip():
+            if action.type is Path:
+                raise argparse.ArgumentError(action, "the name is empty; expected a file or folder")
+            # of a pair one may be empty, as a label of rows; a command's own parser sees its words
+            if action.type is None and action.nargs not in (2, argparse.PARSER):
+                raise argparse.ArgumentError(action, "the value is empty; give one, or leave the option out")
         try:
-            return super()._get_value(action, arg_string)
+            return super()._get_value(action, _with_home(arg_string))
         except argparse.ArgumentError as error:
             if action.type not in (int, float):
                 raise
@@ -60,6 +68,11 @@ class CommandParser(argparse.ArgumentParser):
             if action.dest in unused and getattr(arguments, action.dest) != action.default:
                 name = action.option_strings[-1] if action.option_strings else action.dest
                 raise InvalidInputError(f"{name} has no effect here: {unused[action.dest]}")
+
+
+def _with_home(word: str) -> str:
+    """A word that begins with ``~/`` with the user's home folder instead."""
+    return os.path.expanduser(word) if word.startswith(("~/", f"~{os.sep}")) else word  # noqa: PTH111
 
 
 def by_option(message: str, named: Mapping[str, str]) -> str:

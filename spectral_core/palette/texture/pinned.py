@@ -32,6 +32,8 @@ LEAST_GAP = 2.5
 """Between the peaks of two spectra, in knots of 5 nm."""
 BAND_TEXELS = 1 << 20
 """Texels whose equal colors are looked up once."""
+FEWEST_SPECTRA = 4
+"""Basis spectra of one picture with wanted colors at least."""
 CHUNK = 1 << 18
 """Different colors that are looked up at a time."""
 
@@ -62,7 +64,7 @@ def design_pinned_texture(
     first : light under which every texel is exact.
     second : light of the wanted colors.
     pins : the wanted colors, in linear sRGB relative to each light's white.
-    count : basis spectra K, 6 to 8; more come nearer to the wanted colors.
+    count : basis spectra K, 4 to 8; more come nearer to the wanted colors.
     seed : of the search for the basis.
     progress : called with the share done, from 0 to 1.
 
@@ -73,7 +75,11 @@ def design_pinned_texture(
     started = time.perf_counter()
     matrix = stimulus_matrix([first])
     basis = _basis_for_pins(
-        matrix, stimulus_matrix([second]), pins, require_whole("the number of basis spectra", count, 4, 8), seed
+        matrix,
+        stimulus_matrix([second]),
+        pins,
+        require_whole("the number of basis spectra", count, FEWEST_SPECTRA, MOST_SPECTRA),
+        seed,
     )
     uplift = design_uplift(first, second, pins, basis.spectra, slope=max(basis.slope, 1e-3))
     weights, delta_e = _looked_up(picture, uplift, basis.slope, progress)

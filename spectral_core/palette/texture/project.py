@@ -18,7 +18,7 @@ from spectral_core.documents.codecs import SpectrumFiles, decoded_color, decoded
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.texture.basis import MOST_SPECTRA
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
-from spectral_core.palette.texture.pinned import design_pinned_texture
+from spectral_core.palette.texture.pinned import FEWEST_SPECTRA, design_pinned_texture
 from spectral_core.palette.texture.reach import TEXTURE_GRID, ReachableContrast, reachable_contrast
 from spectral_core.palette.texture.texture import (
     MOST_FLOOR,
@@ -61,8 +61,6 @@ class TextureSettings:
         require_range("daylight_share", self.daylight_share, 0.0, 0.9)
         require_range("led_width_nm", self.led_width_nm, 5.0, 60.0, " nm")
         require_range("importance", self.importance, 1e-3, 1e3)
-        if self.spectra is not None:  # the number of lights narrows this range
-            require_whole("the number of basis spectra", self.spectra, 3, MOST_SPECTRA)
         if self.floor is not None:
             require_range("floor", self.floor, 0.0, MOST_FLOOR)
         if self.slope is not None:  # with the default floor, the design itself refuses a sum over 1
@@ -90,6 +88,9 @@ class TextureProject:
             )
         if len(self.pictures) == 1 and not self.lights:
             raise InvalidInputError("one picture needs two lights: its own, and that of the wanted colors")
+        if self.settings.spectra is not None:
+            fewest = FEWEST_SPECTRA if len(self.pictures) == 1 else 3 * len(self.pictures)
+            require_whole("the number of basis spectra", self.settings.spectra, fewest, MOST_SPECTRA)
         if len(self.pictures) == 2 and self.wanted_colors:
             raise InvalidInputError("wanted colors are for one picture; with two pictures the second gives the colors")
 

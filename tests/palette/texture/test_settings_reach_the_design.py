@@ -12,9 +12,10 @@ import pytest
 
 from spectral_core.palette.texture import project as projects
 from spectral_core.palette.texture.project import TextureProject, TextureSettings
+from spectral_core.palette.texture.texture import Picture
 from spectral_core.spectra.catalogue import illuminant
 
-PICTURES = (np.full((2, 2, 3), 0.2), np.full((2, 2, 3), 0.4))
+PICTURES = (Picture("a", np.full((2, 2, 3), 0.2)), Picture("b", np.full((2, 2, 3), 0.4)))
 OTHER = {
     "floor": 0.05, "slope": 0.3, "mapping": "uniform_contrast", "spectra": 7, "importance": 2.0,
     "daylight_share": 0.25, "led_width_nm": 33.0,
