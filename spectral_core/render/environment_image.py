@@ -104,7 +104,8 @@ def environment(context: Context, world: World, image: ImageTexture) -> Any | No
     radiance = paint.emission(context, image.pattern, float(world.strength), "World")
     turn = context.mitsuba.ScalarTransform4f(world.world_from_environment)
     parts = {"environment": made, "pattern": context.switched(radiance, world.group), "to_world": turn}
-    return context.load({"type": "patterned_environment", **parts})
+    rays = {"tells_rays": image.tells_rays, "is_only_met": image.is_only_met}
+    return context.load({"type": "patterned_environment", **rays, **parts})
 
 
 def _signed(context: Context, world: World, pixels: NDArray[np.float32]) -> Any | None:

@@ -125,10 +125,20 @@ class DrawnPattern(ImageTexture):
     itself, which may be finer than the pixels; all other light comes from the pixels.
 
     ``pattern``: radiance as linear sRGB; its program may read the direction in the environment's axes as ``position``,
-    and the opposite direction as ``incoming`` and ``normal``.
+    and the opposite direction as ``incoming`` and ``normal``. ``tells_rays``: it depends on the type of ray, so rays
+    from all glossy and transmitting lobes show it.
     """
 
     pattern: Computed
+    tells_rays: bool = False
+
+    @property
+    def is_only_met(self) -> bool:
+        """True if its light is not sampled: for each type of ray it is even. As in Cycles, only rays that meet it,
+        which have a type, count.
+        """
+        inputs = [each for each in self.pattern.program.instructions if each.operation.endswith("_input")]
+        return self.tells_rays and all(str(each.settings[0]).startswith("ray:") for each in inputs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

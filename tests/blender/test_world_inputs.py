@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.blender import cycles
+from tests.blender.test_surfaces_against_cycles import stage  # noqa: F401
 
 bpy = pytest.importorskip("bpy")
 
@@ -62,3 +63,36 @@ def test_a_tangent_that_is_no_number_in_cycles_has_a_note(build, translate, tmp_
     cycles.settings(samples=1, size=4)
     assert cycles.cycles(tmp_path).max() == 0
     assert any("Tangent of Geometry is no number in a world" in note.message for note in translate().notes)
+
+
+LIT = {"Is Glossy Ray": ("Glossy", 0.4), "Is Transmission Ray": ("Glass", 0.0), "Is Diffuse Ray": ("Glossy", 0.4)}
+
+
+@pytest.mark.parametrize("output", LIT)
+@pytest.mark.parametrize("is_lit", [False, True])
+def test_an_even_world_that_tells_rays_apart(build, stage, tmp_path, output, is_lit, monkeypatch):  # noqa: F811
+    """Each ray that meets the world shows it by its own type, as in Cycles, with and without a lamp."""
+    kind, roughness = LIT[output]
+    material = build.material(shader="ShaderNodeBsdfAnisotropic" if kind == "Glossy" else "ShaderNodeBsdfGlass")
+    material.node_tree.nodes["shader"].inputs["Roughness"].default_value = roughness
+    rendered = cycles.cycles
+
+    def told(folder):
+        from blender_addon import compat
+
+        if not is_lit:
+            bpy.data.objects.remove(next(each for each in bpy.data.objects if each.type == "LIGHT"))
+        tree = compat.use_nodes(bpy.context.scene.world)
+        path, mix = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMixShader")
+        other, end = tree.nodes.new("ShaderNodeBackground"), next(n for n in tree.nodes if n.type == "OUTPUT_WORLD")
+        other.inputs["Color"].default_value = (0.9, 0.3, 0.1, 1.0)
+        first = end.inputs["Surface"].links[0].from_socket
+        for start, target in zip((path.outputs[output], first, other.outputs[0]), mix.inputs, strict=True):
+            tree.links.new(start, target)
+        tree.links.new(mix.outputs[0], end.inputs["Surface"])
+        return rendered(folder)
+
+    monkeypatch.setattr(cycles, "cycles", told)
+    theirs, ours, notes = stage(material, tmp_path, samples=128)
+    np.testing.assert_allclose(ours, theirs, rtol=0.02)
+    assert notes == []

@@ -69,7 +69,9 @@ def _input(builder: Builder, name: str, width: int, look: Look) -> int:
         return builder.number(WITHOUT_OBJECT[name])
     if name.startswith("attribute_alpha:") or (name.startswith("object_attribute:") and f"{ALPHA}:" in name):
         return builder.number(np.ones(width))
-    return builder.number(look.sees(name) if name.startswith("ray:") else np.zeros(width))
+    if not name.startswith("ray:"):
+        return builder.number(np.zeros(width))
+    return builder.add("number_input", (), name, 0) if look.asks_rays else builder.number(look.sees(name))
 
 
 def _transformed(builder: Builder, vector: int, settings: tuple[Any, ...], look: Look) -> int:

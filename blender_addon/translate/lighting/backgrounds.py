@@ -42,10 +42,18 @@ def light_paths_of(source: Output | None) -> frozenset[str]:
 
 
 def note_ray_type(reader: Reader, name: str) -> None:
-    """Name an output of Light Path that a world reads for diffuse rays alone."""
+    """Name an output of Light Path that a world with a spectrum reads for diffuse rays alone."""
     reader.note(
-        f"{name!r} in the world depends on the type of ray, which is not supported here; the value for diffuse "
-        "surfaces was used"
+        f"{name!r} in the world depends on the type of ray, which is not supported beside a spectrum; the value for "
+        "diffuse surfaces was used"
+    )
+
+
+def note_sampled_ray_type(reader: Reader, name: str) -> None:
+    """Name an output of Light Path by which a world that is not even depends on the type of ray."""
+    reader.note(
+        f"{name!r} in the world depends on the type of ray: the light that a surface samples is that for diffuse rays, "
+        "in Cycles that for rays of no type; mirrors and clear glass show the same"
     )
 
 

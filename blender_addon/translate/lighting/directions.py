@@ -27,6 +27,8 @@ class Look:
     camera: bool = False
     window: tuple[float, ...] = (1.0, 1.0, 0.0, 0.0, 1.0)
     """Frame of the camera, as ``Camera.window`` gives it."""
+    asks_rays: bool = False
+    """True if the type of a ray is read when the ray meets the world."""
 
     def sees(self, name: str) -> float:
         """Outputs of the Light Path node for this look's rays."""

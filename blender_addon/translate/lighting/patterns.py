@@ -22,7 +22,7 @@ from ..shading.texture_nodes import is_moved_by_panel
 from ..shading.tree import Input, Output, linked
 from ..shading.walks.shaders import in_order, shader_inputs
 from .along_rays import along_rays, color
-from .backgrounds import PLAIN_RAYS, Term, directions_of, environment_of, light_paths_of, note_ray_type
+from .backgrounds import PLAIN_RAYS, Term, directions_of, environment_of, light_paths_of, note_sampled_ray_type
 from .directions import Array, Look, shining
 from .fineness import MOST_DIFFERENCE, SHARP_DIFFERENCE, difference, everywhere, in_frame
 
@@ -135,8 +135,7 @@ def world_light(
     rows = min(max([ROWS, *heights]), MOST_ROWS)
     paths = light_paths_of(source)
     tells = bool(paths)
-    for name in sorted(paths - PLAIN_RAYS):
-        note_ray_type(reader, name)
+    asks = replace(Look(view, window=window), asks_rays=True) if paths - PLAIN_RAYS else None
     looks = [Look(view, camera=is_camera, window=window) for is_camera in ((False, True) if tells else (False,))]
     is_shown = is_seen and not translation.scene.render.film_transparent
     framed = in_frame(camera, looks[0]) if is_shown else None
@@ -146,7 +145,11 @@ def world_light(
         terms = []
         for look, program in zip(looks, programs, strict=True):
             judged = [everywhere(), *([] if framed is None or (tells and not look.camera) else [framed])]
-            terms.append(_drawn(reader, program, rows, judged))
+            of_rays = None if asks is None or look.camera else along_rays(radiance, asks)
+            terms.append(_drawn(reader, program, rows, judged, of_rays))
+        if asks is not None and not getattr(terms[0].color, "is_only_met", False):
+            for name in sorted(paths - PLAIN_RAYS):
+                note_sampled_ray_type(reader, name)
         suns = tuple(
             sun
             for number, image_id in enumerate(reader.skies)
@@ -181,11 +184,13 @@ def _kept_or_made(translation: Translation, state: Any, make: Callable[[], World
     return result
 
 
-def _drawn(reader: Reader, program: Program, rows: int, judged: list[Array]) -> Term:
+def _drawn(reader: Reader, program: Program, rows: int, judged: list[Array], of_rays: Program | None) -> Term:
     """An environment of ``rows`` rows; with its pattern if that differs from it along one of the ``judged`` sets of
-    directions, the first of which are everywhere.
+    directions, the first of which are everywhere. ``of_rays``: the program of a world that depends on the type of ray.
     """
     operations = {instruction.operation for instruction in program.instructions}
+    if of_rays is not None and not SENDS_RAYS & operations:
+        return _term(reader.owner, _grid(program, rows, 1), of_rays, tells_rays=True)
     if any(name.startswith("white_noise") for name in operations):
         # every ray meets another value of white noise, so that a pixel of the environment shows a mean
         return _term(reader.owner, _grid(program, rows, NOISE_SAMPLES))
@@ -204,14 +209,14 @@ def _drawn(reader: Reader, program: Program, rows: int, judged: list[Array]) -> 
     return _term(reader.owner, _grid(program, rows, 1))
 
 
-def _term(name: str, found: Array, program: Program | None = None) -> Term:
+def _term(name: str, found: Array, program: Program | None = None, *, tells_rays: bool = False) -> Term:
     """An environment of these colors (rows, columns, 3), with its pattern if it has a ``program``."""
     if program is None and found.min() >= 0 and np.ptp(found.reshape(-1, 3), axis=0).max() == 0:
         return Term(Color(found[0, 0]))
     image = environment_of(name, found)
     if program is None:
         return Term(image)
-    return Term(DrawnPattern(image.name, image.pixels, "linear", pattern=Computed(program)))
+    return Term(DrawnPattern(image.name, image.pixels, "linear", pattern=Computed(program), tells_rays=tells_rays))
 
 
 def _grid(program: Program, rows: int, samples: int) -> Array:

@@ -70,7 +70,7 @@ def _translated(
         medium = medium_everywhere(Reader(translation, world.name, on_surface=True), output)
     if tree is None:
         lights = sees = Term(Color(translation.linear_rgb(world.color)))
-    elif needs_directions(output):
+    elif needs_directions(output) or _tells_rays(translation, output):
         lights, sees, suns = world_light(translation, world, output, camera, own, is_seen=is_seen)
     else:
         reader = Reader(translation, world.name)
@@ -91,6 +91,14 @@ def _translated(
         return made, suns
     view = World(color=sees.color, strength=sees.strength, world_from_environment=sees.turn)
     return replace(made, camera_view=view), suns
+
+
+def _tells_rays(translation: Translation, output: Any) -> bool:
+    """True if a world without spectra depends on a type of ray other than the camera's."""
+    source = None if output is None else linked(Input(output.inputs["Surface"]))
+    if not light_paths_of(source) - PLAIN_RAYS:
+        return False
+    return all(spectra.spectrum_of(translation, each.node) is None for each, _ in in_order(source, shaders_of_world))
 
 
 def _strengths(translation: Translation, world: Any, output: Any, terms: tuple[Term, Term]) -> tuple[float, float]:

@@ -172,7 +172,8 @@ def environment(draft: Draft, world: World) -> xml.Element | None:
 
 def _image(draft: Draft, world: World, image: ImageTexture) -> xml.Element:
     if isinstance(image, DrawnPattern):
-        draft.note("World", "its pattern is written as an image, in which its finest details are blurred")
+        blurred = "its pattern is written as an image, in which its finest details are blurred"
+        draft.note("World", "it is written for diffuse rays alone" if image.tells_rays else blurred)
     pixels = np.maximum(color_pixels(image), 0.0)
     pixels = np.repeat(pixels, 3, axis=2) if pixels.shape[2] == 1 else pixels
     if draft.white is not None:

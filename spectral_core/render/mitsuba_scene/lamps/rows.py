@@ -27,7 +27,7 @@ from spectral_core.scene import (
     World,
     weighted_leaves,
 )
-from spectral_core.scene.paint import ImageTexture
+from spectral_core.scene.paint import DrawnPattern, ImageTexture
 from spectral_core.spectra.spectrum import Spectrum
 
 ROWS = 32
@@ -145,6 +145,8 @@ def world_weight(color: Any) -> float:
     """Irradiance by which an environment of strength 1 is chosen: the root of the mean square of what its samples give
     to a plane, for the plane where it is largest.
     """
+    if isinstance(color, DrawnPattern) and color.is_only_met:
+        return 0.0
     if isinstance(color, ImageTexture):
         return _weight_of_picture(np.abs(paint.color_pixels(color)).mean(axis=2))
     return float(np.pi * np.mean(np.abs(color.linear_rgb))) if isinstance(color, Color) else np.pi

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.lamps.patterns import lamp_place
-from spectral_core.render.plugins.paints.ray_marks import is_sharp
+from spectral_core.render.plugins.paints.ray_marks import is_directed, is_sharp
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -103,7 +103,8 @@ def register(mi: Any, dr: Any) -> None:
 
     class PatternedEnvironment(mi.Emitter):
         """``environment``: one drawn from a pattern, which lights the scene; ``pattern``: the texture of the pattern,
-        which sharp rays see, as the marks of a hit tell them apart. ``to_world``: from the pattern's axes.
+        which sharp rays see, as the marks of a hit tell them apart, and with ``tells_rays`` those of all glossy and
+        transmitting lobes; with ``is_only_met`` no direction is drawn for it. ``to_world``: from the pattern's axes.
 
         The weights of both ways to reach the environment still add up to 1: where a sharp lobe is sampled either way,
         the light lies between the pattern and its mean over a pixel.
@@ -114,6 +115,8 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = mi.EmitterFlags.Infinite | mi.EmitterFlags.SpatiallyVarying
             self.m_needs_sample_3 = False
             self.environment, self.pattern = properties["environment"], properties["pattern"]
+            self.tells_rays = bool(properties.get("tells_rays", False))
+            self.is_only_met = bool(properties.get("is_only_met", False))
             turn = properties["to_world"].matrix
             # numbers that kernels read: another rotation needs no new kernel
             self.rows = [[dr.opaque(mi.Float, float(turn[j, i])) for j in range(3)] for i in range(3)]
@@ -122,19 +125,25 @@ def register(mi: Any, dr: Any) -> None:
             self.environment.set_scene(scene)
 
         def eval(self, si: Any, active: Any = True) -> Any:
-            drawn, sharp = self.environment.eval(si, active), active & is_sharp(mi, si)
+            drawn, sharp = self.environment.eval(si, active), is_sharp(mi, si)
+            if self.tells_rays:
+                sharp |= is_directed(mi, si)
+            sharp &= active
             along = [-sum(row[k] * si.wi[k] for k in range(3)) for row in self.rows]
             direction = mi.Vector3f(*along)
             place = lamp_place(direction, -direction, (-direction, mi.Float(dr.inf)), si)
+            place.dn_dv = si.dn_dv
             return dr.select(sharp, self.pattern.eval(place, sharp), drawn)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
             ds, weight = self.environment.sample_direction(it, sample, active)
             ds.emitter = mi.EmitterPtr(self)
+            if self.is_only_met:
+                ds.pdf, weight = mi.Float(0.0), mi.Spectrum(0.0)
             return ds, weight
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-            return self.environment.pdf_direction(it, ds, active)
+            return mi.Float(0.0) if self.is_only_met else self.environment.pdf_direction(it, ds, active)
 
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             return self.environment.eval_direction(it, ds, active)

@@ -66,6 +66,12 @@ def is_sharp(mi: Any, si: Any) -> Any:
     return (mi.UInt32(si.dn_dv.x) & SHARP) != 0
 
 
+def is_directed(mi: Any, si: Any) -> Any:
+    """True if the last bounce of a ray was at a glossy or transmitting lobe."""
+    marks = mi.UInt32(si.dn_dv.x)
+    return ((marks & int(Rays.GLOSSY | Rays.TRANSMISSION)) != 0) & ~is_diffuse(marks)
+
+
 KINDS = {
     "Is Camera Ray": Rays.CAMERA, "Is Shadow Ray": Rays.SHADOW, "Is Diffuse Ray": Rays.DIFFUSE | TRANSLUCENT,
     "Is Glossy Ray": Rays.GLOSSY | Rays.TRANSMISSION, "Is Singular Ray": SINGULAR,
