@@ -34,7 +34,7 @@ from .carried.dyes import with_dyes
 from .carried.spectrum import covers_texture, has_main_color, with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
-from .tree import input_of, linked, searched_once, surface_output
+from .tree import Input, input_of, linked, searched_once, surface_output
 
 NO_MATERIAL = Material("No material", Diffuse(gray(0.8)) if compat.is_before_5_0() else Principled(gray(0.8)))
 """Material of an object without one, as in Cycles."""
