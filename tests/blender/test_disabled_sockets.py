@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -13,13 +11,13 @@ bpy = pytest.importorskip("bpy")
 from spectral_core.scene import Film  # noqa: E402
 
 
-def _tree(owner: Any) -> Any:
+def _tree(owner):
     from blender_addon import compat
 
     return compat.use_nodes(owner)
 
 
-def test_disabled_inputs_of_output_nodes_count_as_unlinked(blender: Any) -> None:
+def test_disabled_inputs_of_output_nodes_count_as_unlinked(blender):
     """They count as unlinked. The render ended with ``KeyError: ... key "Surface" not found``."""
     from blender_addon.translate.scene import translate_scene
 
