@@ -193,7 +193,11 @@ def test_previews_use_the_chosen_lamp(stage):
     depsgraph = bpy.context.evaluated_depsgraph_get()
     made = translate_scene(depsgraph, film=Film(8, 8), seen_from=Camera(world_from_camera=np.eye(4)))
     assert preview_scene(made, bpy.data.window_managers).settings.white is None
-    settings = SimpleNamespace(preview_lamp="HP1")
-    window = SimpleNamespace(scene=SimpleNamespace(spectral=SimpleNamespace(viewport=settings)))
-    managers = [SimpleNamespace(windows=[window])]
-    assert preview_scene(made, managers).settings.white.name == catalogue.illuminant("HP1").name
+    lamps = [
+        SimpleNamespace(spectral=SimpleNamespace(viewport=SimpleNamespace(preview_lamp=each))) for each in ("", "HP1")
+    ]
+    windows = [SimpleNamespace(scene=scene) for scene in lamps]
+    managers = [SimpleNamespace(windows=windows)]
+    assert preview_scene(made, managers).settings.white.name == catalogue.illuminant("HP1").name, "of the second window"
+    managers = [SimpleNamespace(windows=windows[:1])]
+    assert preview_scene(made, managers).settings.white is None

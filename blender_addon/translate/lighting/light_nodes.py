@@ -19,7 +19,7 @@ from .. import spectra
 from ..shading.color_nodes import KELVIN
 from ..shading.fields import Value, color_of_spectrum, value_of
 from ..shading.reader import Reader
-from ..shading.tree import Input, Output, linked, surface_output
+from ..shading.tree import Input, Output, input_of, linked, surface_output
 from ..shading.walks.shaders import folded, is_sum
 from .lamp_reader import LampReader
 from .light_inputs import BROKEN, FALLOFF_POWERS, color_of_own_spectrum, luminaire_of
@@ -81,7 +81,7 @@ def _of_nodes(reader: LampReader) -> Shine:
     output = surface_output(tree, "OUTPUT_LIGHT") if tree is not None else None
     if output is None:
         return Shine(WHITE)
-    source = linked(Input(output.inputs["Surface"]))
+    source = linked(input_of(output, "Surface"))
     if source is None:
         return Shine(WHITE, 0.0)  # black, as in Cycles
     plain = _plain(reader, source)

@@ -19,7 +19,7 @@ from ..camera import translate_film
 from ..context import Translation
 from ..shading.reader import Reader
 from ..shading.texture_nodes import is_moved_by_panel
-from ..shading.tree import Input, Output, linked
+from ..shading.tree import Input, Output, input_of, linked
 from ..shading.walks.shaders import in_order, shader_inputs
 from .along_rays import along_rays, color
 from .backgrounds import PLAIN_RAYS, Term, directions_of, environment_of, light_paths_of, note_sampled_ray_type
@@ -38,7 +38,7 @@ R2 = np.array([0.7548776662466927, 0.5698402909980532])
 
 def needs_directions(output: Any) -> bool:
     """True if a world is more than plain colors and environment images, mixed by plain numbers."""
-    source = None if output is None else linked(Input(output.inputs["Surface"]))
+    source = None if output is None else linked(input_of(output, "Surface"))
     return any(_varies(each) for each, _ in in_order(source, shader_inputs))
 
 
@@ -90,7 +90,7 @@ def _is_placed_image(source: Output) -> bool:
         inputs = [Input(socket, before.groups) for socket in before.node.inputs]
         if any(linked(place) is not None for place in inputs[1:]):
             return False
-        if not any(before.node.inputs["Scale"].default_value):
+        if not any(before.value("Scale")):
             return False  # no direction is left to look up
         before = linked(inputs[0])
     return before is None or (
@@ -126,11 +126,11 @@ def world_light(
     ``output`` node. ``is_seen``: True if the camera is that of the picture, whose view of the world is judged, too.
     """
     reader = Reader(translation, world.name, on_surface=True, is_far=True, in_world=True)
-    source = linked(Input(output.inputs["Surface"]))
+    source = linked(input_of(output, "Surface"))
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
     window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
-    radiance = shining(reader, Input(output.inputs["Surface"])).program(3)
+    radiance = shining(reader, input_of(output, "Surface")).program(3)
     heights = [image.pixels.shape[0] for image in reader.builder.images if id(image) not in reader.skies]
     rows = min(max([ROWS, *heights]), MOST_ROWS)
     paths = light_paths_of(source)

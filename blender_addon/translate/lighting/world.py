@@ -24,7 +24,7 @@ from ..shading.images import image_of_node
 from ..shading.media import medium_everywhere
 from ..shading.reader import Reader
 from ..shading.texture_nodes import mapping_matrix
-from ..shading.tree import Input, Output, linked, searched_once, surface_output
+from ..shading.tree import Input, Output, input_of, linked, searched_once, surface_output
 from ..shading.walks.shaders import in_order
 from ..visibility import cycles_settings, world_hidden_from
 from .backgrounds import PLAIN_RAYS, Term, joined, light_paths_of, note_ray_type, resampled
@@ -103,7 +103,7 @@ def _tells_rays(translation: Translation, output: Any) -> bool:
 
 def _strengths(translation: Translation, world: Any, output: Any, terms: tuple[Term, Term]) -> tuple[float, float]:
     """Strength of the light of a world, and of what the camera sees, without its colors."""
-    source = None if output is None else linked(Input(output.inputs["Surface"]))
+    source = None if output is None else linked(input_of(output, "Surface"))
     if source is None or source.node.type not in ("BACKGROUND", "EMISSION"):
         return terms[0].strength, terms[1].strength
     reader, place = Reader(translation, world.name, on_surface=True), source.input("Strength")
@@ -116,7 +116,7 @@ def _backgrounds(reader: Reader, tree: Any) -> tuple[list[Term], list[Term]]:
     output = surface_output(tree, "OUTPUT_WORLD")
     if output is None:
         return [], []
-    source = linked(Input(output.inputs["Surface"]))
+    source = linked(input_of(output, "Surface"))
     light = _terms(reader, source, camera=False)
     # a world that does not distinguish rays is read once, so that both are the same
     return light, _terms(reader, source, camera=True) if light_paths_of(source) else light

@@ -10,7 +10,7 @@ from spectral_core.spectra.color import display_rgb_from_linear
 from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
-from ..shading.tree import MOST_HOPS, Input, Output, linked, surface_output
+from ..shading.tree import MOST_HOPS, Input, Output, input_of, linked, surface_output
 from ..spectra.stored import carried_spectrum, store_spectrum
 from . import table
 
@@ -81,7 +81,7 @@ def _main_color(material: bpy.types.Material) -> NDArray[np.float64]:
 def _surface_color(material: bpy.types.Material) -> tuple[float, ...] | None:
     """The color of the first surface shader that the output node shows, in the working space; None without one."""
     output = surface_output(compat.node_tree(material))
-    waiting = [] if output is None else [linked(Input(output.inputs["Surface"]))]
+    waiting = [] if output is None else [linked(input_of(output, "Surface"))]
     for _ in range(MOST_HOPS):
         if not waiting:
             break

@@ -8,7 +8,7 @@ from typing import Any
 from spectral_core.scene import Paint, Scalar, gray
 
 from .reader import Reader
-from .tree import Input, aov_nodes, wanted_aovs
+from .tree import aov_nodes, input_of, wanted_aovs
 
 
 def aov_outputs(reader: Reader, tree: Any) -> tuple[tuple[str, Paint | Scalar], ...]:
@@ -19,7 +19,7 @@ def aov_outputs(reader: Reader, tree: Any) -> tuple[tuple[str, Paint | Scalar], 
         if node.aov_name not in wanted or node.aov_name in found:
             continue
         if wanted[node.aov_name] == "VALUE":
-            found[node.aov_name] = reader.scalar(Input(node.inputs["Value"], groups), 0.0)
+            found[node.aov_name] = reader.scalar(input_of(node, "Value", groups), 0.0)
         else:
-            found[node.aov_name] = reader.paint(Input(node.inputs["Color"], groups), gray(0.0))
+            found[node.aov_name] = reader.paint(input_of(node, "Color", groups), gray(0.0))
     return tuple(found.items())

@@ -34,7 +34,7 @@ from .carried.dyes import with_dyes
 from .carried.spectrum import covers_texture, has_main_color, with_spectrum
 from .reader import Reader
 from .surfaces import surface_of
-from .tree import Input, linked, searched_once, surface_output
+from .tree import Input, input_of, linked, searched_once, surface_output
 
 NO_MATERIAL = Material("No material", Diffuse(gray(0.8)) if compat.is_before_5_0() else Principled(gray(0.8)))
 """Material of an object without one, as in Cycles."""
@@ -79,7 +79,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     tree = compat.node_tree(material) if inlined is None else inlined.node_tree
     output = surface_output(tree)
     spectrum = spectra.spectrum_of(translation, material)
-    is_volume = output is not None and linked(Input(output.inputs["Surface"])) is None
+    is_volume = output is not None and linked(input_of(output, "Surface")) is None
     filling = None if output is None else media.filling_of(reader, output, spectrum if is_volume else None)
     medium = None if filling is None else media.medium_alike(filling)
     displacement: Displacement | None = None
@@ -90,8 +90,8 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         reader.note("the material has no output node; it is black")
         surface = surface_of(reader, None)
     else:
-        place = Input(output.inputs["Surface"])
-        displacement = _displacement(reader, Input(output.inputs["Displacement"]), material.displacement_method)
+        place = input_of(output, "Surface")
+        displacement = _displacement(reader, input_of(output, "Displacement"), material.displacement_method)
         surface = None if filling is not None and linked(place) is None else surface_of(reader, place)
     if any(angle > 0 for _, _, angle, _ in reader.skies.values()):
         reader.note("a sky on a surface has no disk of the sun")

@@ -110,6 +110,14 @@ class Output:
         return str(node.label or (node.bl_label if hasattr(node, "bl_label") else node.name))
 
 
+def input_of(node: Any, name: str, groups: tuple[Any, ...] = ()) -> Input:
+    """Input of a node that always has it; Blender itself does not find one by its name that a script has disabled."""
+    found = _named(node.inputs, name, groups)
+    if found is None:
+        raise KeyError(f"{node.name!r} has no input {name!r}")
+    return found
+
+
 def _named(sockets: Any, name: str, groups: tuple[Any, ...]) -> Input | None:
     for attribute in ("identifier", "name"):
         for socket in sockets:

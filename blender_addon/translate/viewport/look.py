@@ -97,5 +97,7 @@ def preview_scene(scene: Scene, managers: Any) -> Scene:
     film, settings = replace(scene.film, samples=PREVIEW_SAMPLES), replace(scene.settings, denoise=False)
     scene = replace(scene, film=film, settings=settings, notes=())
     windows = (window for manager in managers for window in manager.windows)
-    name = next((window.scene.spectral.viewport.preview_lamp.strip() for window in windows), "")
+    # a preview does not tell its window: the lamp of any scene that is shown and has one
+    names = (window.scene.spectral.viewport.preview_lamp.strip() for window in windows)
+    name = next(filter(None, names), "")
     return Look(spectrum=catalogue.named("illuminant", name)).on(scene) if name else scene

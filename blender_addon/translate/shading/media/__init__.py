@@ -11,7 +11,7 @@ from spectral_core.scene import ScatteringMedium
 from spectral_core.spectra.spectrum import Spectrum
 
 from ..reader import Reader
-from ..tree import Input, linked
+from ..tree import input_of, linked
 from .filling import Filling
 from .regions import Region, depends_on_place
 from .shaders import FILLS, default_filling, fill_of, spectral_filling
@@ -28,7 +28,7 @@ def filling_of(reader: Reader, output: Any, spectrum: Spectrum | None = None) ->
     """The volume shader of an output node; None if its volume socket is unlinked. ``spectrum``: in place of its
     color.
     """
-    source = linked(Input(output.inputs["Volume"]))
+    source = linked(input_of(output, "Volume"))
     if source is None:
         return None
     found = spectral_filling(reader, source, spectrum)
