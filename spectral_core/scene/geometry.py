@@ -45,8 +45,7 @@ class Mesh:
     ``positions``: (v, 3) float32. ``triangles``: (t, 3) uint32. ``normals``: (v, 3) float32 unit shading normals or
     None for flat faces. ``uvs``: (v, 2) float32 or None. ``material_indices``: (t,) uint16, or None for all 0.
     ``attributes``: data per vertex for shading programs. ``is_strands``: tubes of hair, whose walls no ray meets from
-    within. ``has_uv_map``: False if ``uvs`` are zeros that stand for a missing map. Corners that differ
-    in any of these are separate vertices.
+    within. ``has_uv_map``: False if ``uvs`` stand for a missing map. Corners that differ are separate vertices.
     """
 
     name: str

@@ -200,8 +200,7 @@ def test_a_multilayer_file_that_blender_refuses_for_its_pixels_says_so(saved, tm
     status, _, error = call(capfd, "render", saved, "--out", out, "--passes", "Depth")
     if status == 0:
         pytest.skip("this Blender writes such files")
-    assert "its pixels are 2 by 1" in error and "set Aspect X and Y to 1" in error
-    assert not out.exists()
+    assert "its pixels are 2 by 1" in error and not out.exists()
     assert call(capfd, "render", saved, "--out", out)[0] == 0
 
 
