@@ -96,3 +96,17 @@ def test_an_even_world_that_tells_rays_apart(build, stage, tmp_path, output, is_
     theirs, ours, notes = stage(material, tmp_path, samples=128)
     np.testing.assert_allclose(ours, theirs, rtol=0.02)
     assert notes == []
+
+
+@pytest.mark.parametrize(("kind", "turbidity", "count"), [
+    ("HOSEK_WILKIE", 2.2, 0), ("HOSEK_WILKIE", 5.0, 1), ("PREETHAM", 5.0, 0),
+])  # fmt: skip
+def test_a_turbid_sky_that_is_fitted_otherwise_has_a_note(build, translate, kind, turbidity, count):
+    from blender_addon import compat
+
+    world = bpy.context.scene.world = bpy.data.worlds.new("World")
+    tree = compat.use_nodes(world)
+    sky, background = tree.nodes.new("ShaderNodeTexSky"), next(n for n in tree.nodes if n.type == "BACKGROUND")
+    sky.sky_type, sky.turbidity = kind, turbidity
+    tree.links.new(sky.outputs[0], background.inputs["Color"])
+    assert sum("Hosek-Wilkie" in note.message for note in translate().notes) == count

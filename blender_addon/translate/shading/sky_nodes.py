@@ -29,6 +29,8 @@ PARTS = 4
 """Directions across a pixel, and up in it, of the sun's disk; twice as many up at the horizon."""
 HOSEK_SHARE = 0.19
 """Brightness of Cycles' sky of Hosek and Wilkie relative to Preetham's, which replaces it without its data."""
+CLEAR = 3.0
+"""Turbidity up to which the sky of Hosek and Wilkie by coefficients for RGB is near Cycles', by those for XYZ."""
 MODELS: dict[str, Any] = {
     "SINGLE_SCATTERING": "single", "NISHITA": "single", "MULTIPLE_SCATTERING": "multiple", "PREETHAM": "preetham",
     "HOSEK_WILKIE": "hosek",
@@ -59,6 +61,11 @@ def _sky(reader: Reader, output: Output) -> Any:
         model = "preetham"
     if model in ("preetham", "hosek"):
         toward = tuple(float(part) for part in node.sun_direction)
+        if model == "hosek" and node.turbidity > CLEAR:
+            reader.note(
+                f"{output.label!r}: its turbidity of {node.turbidity:g} is above {CLEAR:g}, where the colors of the "
+                "Hosek-Wilkie sky differ from Cycles': these are fitted in RGB, those in XYZ"
+            )
         own = {"turbidity": float(node.turbidity), "ground_albedo": float(node.ground_albedo)}
         atmosphere = Atmosphere(model, sun_direction=toward, **own)  # type: ignore[arg-type]
     else:
