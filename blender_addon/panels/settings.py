@@ -130,7 +130,7 @@ class SPECTRAL_PT_light_settings(_Settings, bpy.types.Panel):
         column, lamp = self.column(), context.light
         column.prop(lamp, "use_shadow", text="Cast Shadow")
         cycles = getattr(lamp, "cycles", None)
-        _draw(column, cycles, ("max_bounces",))
+        _draw(column, cycles, ("max_bounces", "use_multiple_importance_sampling"))
         if lamp.type == "AREA":
             column.prop(lamp, "spread")
             if cycles is not None:

@@ -82,6 +82,13 @@ class _Light:
     max_bounces: int = 1024
     """Number of bounces after which the light no longer counts."""
     casts_shadow: bool = True
+    """False if nothing occludes the light where a surface samples it. Scattered rays that would meet the light
+    are occluded even so, as in Cycles: of a large lamp beside a surface, a part of the shadow remains.
+    """
+    is_met: bool = True
+    """False if no ray meets the light: mirrors do not show it, nor do lobes of a roughness below about 0.08, and other
+    surfaces only sample it, as they do a lamp without Multiple Importance in Cycles.
+    """
     falloff: Falloff = EVEN
     pattern: Computed | None = None
     """Factor of the emission, a number or a color, at a point of the light toward a receiver. The program may read the

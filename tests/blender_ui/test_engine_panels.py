@@ -89,7 +89,7 @@ def test_settings_that_only_panels_of_cycles_show_have_panels_here(blender):
     assert "displacement_method" in names_drawn(settings.SPECTRAL_PT_material_settings, material=material)
     drawn = set(names_drawn(settings.SPECTRAL_PT_light_settings, light=lamp))
     assert {"use_shadow", "spread"} <= drawn
-    assert not hasattr(lamp, "cycles") or {"max_bounces", "is_portal"} <= drawn
+    assert not hasattr(lamp, "cycles") or {"max_bounces", "use_multiple_importance_sampling", "is_portal"} <= drawn
     assert "lightgroup" in names_drawn(settings.SPECTRAL_PT_world_settings, world=world)
 
 

@@ -22,6 +22,7 @@ from spectral_core.scene import (
     LightPaths,
     Material,
     Mesh,
+    Metal,
     Photometry,
     PointLight,
     Rays,
@@ -61,7 +62,9 @@ def scene(*, lights=(LAMP,), instances=(FLOOR,), **values):
         camera=VIEW,
         film=values.pop("film", Film(8, 8, samples=32)),
         meshes=(square("floor", 20), square("lid", 4)),
-        materials=(Material("gray", Diffuse(gray(0.5))), Material("glow", Emission(gray(1.0), 2.0))),
+        materials=values.pop(
+            "materials", (Material("gray", Diffuse(gray(0.5))), Material("glow", Emission(gray(1.0), 2.0)))
+        ),
         instances=instances,
         lights=lights,
         **values,
@@ -93,6 +96,29 @@ def test_shadow_and_light_linking():
 def test_a_lamp_without_shadows_lights_through_objects():
     bare = scene(lights=(replace(LAMP, casts_shadow=False),), instances=(FLOOR, replace(LID, hidden_from=Rays.DIFFUSE)))
     assert brightness(bare) == pytest.approx(brightness(scene()), rel=1e-4)
+
+
+def test_mirrors_show_a_lamp_that_casts_no_shadow_and_none_that_rays_do_not_meet():
+    lamp = AreaLight(name="lamp", world_from_light=at(0, 0, 3), size=(2.0, 2.0), power_w=100.0)
+    mirror = Material("gray", Metal(gray(1.0), gray(1.0)))
+
+    def shown(roughness, **change):
+        shiny = replace(mirror, surface=replace(mirror.surface, roughness=roughness))
+        return render_scene(scene(lights=(replace(lamp, **change),), materials=(shiny,))).pixels[..., :3]
+
+    for roughness in (0.0, 0.001):  # of a mirror and of a lobe that sampling the lamp does not find
+        lit = shown(roughness)
+        assert lit.min() > 1
+        np.testing.assert_allclose(shown(roughness, casts_shadow=False), lit, rtol=1e-3)
+    alone = shown(0.0, is_met=False)
+    assert np.median(alone) < 0.1 * np.median(lit)
+    assert alone.mean() < 0.3 * lit.mean()  # all pixels show the lamp; the edges of the lobe remain
+
+
+def test_a_lamp_that_rays_do_not_meet_lights_matt_surfaces_as_any_other():
+    lamp = AreaLight(name="lamp", world_from_light=at(0, 0, 3), size=(2.0, 2.0), power_w=100.0)
+    lit = brightness(scene(lights=(lamp,)))
+    assert brightness(scene(lights=(replace(lamp, is_met=False),))) == pytest.approx(lit, rel=0.02)
 
 
 def test_lamps_and_world_hidden_from_a_type_of_ray():

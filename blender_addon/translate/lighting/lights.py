@@ -43,16 +43,19 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
     if power == 0 or (isinstance(color, Color) and not np.any(color.linear_rgb)):
         return None
     seen = lamp_seen_as(translation, instance)
+    # without it, Cycles has no lamp for rays to meet
+    is_met = cycles_settings(lamp, "use_multiple_importance_sampling", True)
     shared: dict[str, Any] = {
         "name": name,
         "world_from_light": rigid(matrix),
         "color": color,
         "group": obj.original.lightgroup,  # Blender does not notify the evaluated copy of a change
-        "camera_visible": not seen["hidden_from"] & Rays.CAMERA,
+        "camera_visible": is_met and not seen["hidden_from"] & Rays.CAMERA,
         "hidden_from": seen["hidden_from"] & LIGHT_RAYS,
         "is_in_footage": seen["is_shadow_catcher"],
         "max_bounces": cycles_settings(lamp, "max_bounces", 1024),
         "casts_shadow": lamp.use_shadow,
+        "is_met": is_met,
         "is_planckian": shine.is_planckian,
         "falloff": shine.falloff,
         "pattern": shine.pattern,

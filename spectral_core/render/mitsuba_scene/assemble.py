@@ -235,6 +235,8 @@ def _light_rules(rules: RayRules, item: Light | World, emitter: Any, bit: int) -
         rules.links.append((emitter, bit.bit_length() - 1))
     if not isinstance(item, World) and not item.casts_shadow:
         rules.shadowless.append(emitter)
+    if not isinstance(item, World) and not item.is_met:
+        rules.only_sampled.append(emitter)
 
 
 def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:

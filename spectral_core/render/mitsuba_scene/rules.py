@@ -31,8 +31,9 @@ class RayRules:
 
     ``shapes``: bits of ``Rays`` that pass through a shape, ``HOLDOUT``, ``STRAND``. ``lights``: bits of ``Rays`` that
     an emitter does not illuminate. ``light_bounces``: largest number of bounces at which an emitter illuminates.
-    ``shadowless``: emitters whose light nothing occludes. ``links``: emitter to its number among the linked lights;
-    ``unlit``, ``clear``: by shape the linked lights that do not illuminate it, and those for which it casts no shadow.
+    ``shadowless``: emitters whose sampled light nothing occludes. ``only_sampled``: emitters that no ray meets.
+    ``links``: emitter to its number among the linked lights; ``unlit``, ``clear``: by shape the linked lights that do
+    not illuminate it, and those for which it casts no shadow.
     ``camera_world``: the emitter that the camera sees in place of the environment.
     """
 
@@ -40,6 +41,7 @@ class RayRules:
     lights: list[tuple[Any, int]] = field(default_factory=list)
     light_bounces: list[tuple[Any, int]] = field(default_factory=list)
     shadowless: list[Any] = field(default_factory=list)
+    only_sampled: list[Any] = field(default_factory=list)
     links: list[tuple[Any, int]] = field(default_factory=list)
     unlit: list[tuple[Any, int]] = field(default_factory=list)
     clear: list[tuple[Any, int]] = field(default_factory=list)
@@ -85,6 +87,7 @@ class Tables:
         self.lights = self._table(emitter, rules.lights)
         self.light_bounces = self._table(emitter, [(item, count + 1) for item, count in rules.light_bounces])
         self.shadowless = self._table(emitter, [(item, 1) for item in rules.shadowless])
+        self.only_sampled = self._table(emitter, [(item, 1) for item in rules.only_sampled])
         self.links = self._table(emitter, [(item, number + 1) for item, number in rules.links])
         self.unlit = self._table(shape, rules.unlit)
         self.unlit_media = self._table(shape, rules.unlit_media)

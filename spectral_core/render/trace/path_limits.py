@@ -8,7 +8,7 @@ from typing import Any
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT
 from spectral_core.render.plugins.closures.strands import FIBER
 from spectral_core.render.plugins.numbers import channel_mean
-from spectral_core.render.plugins.paints.ray_marks import TRANSLUCENT, is_diffuse
+from spectral_core.render.plugins.paints.ray_marks import SHARP_DENSITY, TRANSLUCENT, is_diffuse
 from spectral_core.render.trace.media import flight as flights
 from spectral_core.render.trace.path_settings import ROULETTE_BOUNCES, ROULETTE_SHARE, ROULETTE_SURE, PathSettings
 from spectral_core.scene import Rays
@@ -35,14 +35,25 @@ def share_of(tables: Any, path: Any, of: Any = None) -> Any:
     def share(number: Any, pdf: Any, on: Any) -> Any:
         lit = on & tables.lights_it(number, kind, scattered, path.before_shape)
         lit = lit if of is None else lit & of(number)
-        if tables.shadowless is not None:
-            # a light without occlusion is only sampled: the ray may be occluded
-            lit &= (tables.look_up(tables.shadowless, number) == 0) | path.before_delta
+        if tables.only_sampled is not None:
+            lit &= tables.look_up(tables.only_sampled, number) == 0
         # Power heuristic; after a mirror no light could have been sampled, so emission counts in full.
         own = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, pdf))
         return dr.select(lit, own, 0.0)
 
     return share
+
+
+def share_alone(tables: Any, drawn: Any, pdf: Any, share: Any) -> Any:
+    """Weight ``share`` of a sampled light, 1 for one that no ray meets; such a light is not in mirrors.
+
+    ``pdf``: density of the surface's own sampling toward the light. A lobe of roughness 0 has some width here, so that
+    a sample within it would be a rare and very bright one; in Cycles it has none.
+    """
+    import drjit as dr
+
+    alone = tables.look_up(tables.only_sampled, drawn.number) != 0
+    return dr.select(alone, dr.select(pdf > SHARP_DENSITY, 0.0, 1.0), share)
 
 
 def is_hole(integrator: Any, shape: Any, kind: Any) -> Any:

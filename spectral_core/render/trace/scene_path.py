@@ -272,7 +272,8 @@ def scene_path_class(variant: str) -> Any:
             shadowless = mi.Bool(False)
             if self.tables.shadowless is not None:
                 shadowless = self.tables.look_up(self.tables.shadowless, drawn.number) != 0
-                share = dr.select(shadowless, 1.0, share)
+            if self.tables.only_sampled is not None:
+                share = path_limits.share_alone(self.tables, drawn, pdf, share)
             wanted &= dr.any(value * drawn.value != 0.0)
             ray = dr.select(floats, si.spawn_ray_to(drawn.point), ray)
             ray.time = mi.Float(0.0)  # its length counts from here

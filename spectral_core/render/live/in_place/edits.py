@@ -121,7 +121,7 @@ class Edit:
 
     def light(self, old: Light, new: Light) -> bool:
         """Change the numbers or the position of a lamp."""
-        rules = ("group", "hidden_from", "max_bounces", "camera_visible", "casts_shadow")
+        rules = ("group", "hidden_from", "max_bounces", "camera_visible", "casts_shadow", "is_met")
         if type(old) is not type(new) or any(not equal(_of(old, name), _of(new, name)) for name in rules):
             return False
         kept = self._made()
