@@ -294,7 +294,6 @@ def affine(name: str, matrix: Any) -> NDArray[np.float64]:
     """A finite (4, 4) matrix with last row 0, 0, 0, 1, read-only; else InvalidInputError naming ``name``."""
     array = frozen_array(f"{name}: its matrix", matrix, (4, 4))
     if np.abs(array[3] - (0, 0, 0, 1)).max() > 1e-5:
-        raise InvalidInputError(
-            f"{name}: its matrix has last row {array[3].tolist()}; expected an affine map, (0, 0, 0, 1)"
-        )
+        last = array[3].tolist()
+        raise InvalidInputError(f"{name}: its matrix has last row {last}; expected an affine map, (0, 0, 0, 1)")
     return array
