@@ -25,10 +25,9 @@ HERE = Path(__file__).resolve().parent
 @pytest.mark.slow
 @pytest.mark.real_blender
 @pytest.mark.skipif(not COMMAND, reason="needs a Blender with a window in SPECTRAL_REAL_BLENDER")
-def test_the_mouse_moves_the_selector_and_the_picture_follows(dial):
-    bpy.ops.wm.save_mainfile()
+def test_the_mouse_moves_the_selector_and_the_picture_follows(tmp_path):
     paths = os.pathsep.join([str(HERE.parents[1]), os.environ.get("SPECTRAL_PATHS", "")])
-    stage = {"SPECTRAL_PATHS": paths, "SPECTRAL_STAGE": bpy.data.filepath}
+    stage = {"SPECTRAL_PATHS": paths, "SPECTRAL_STAGE": str(tmp_path)}
     command = [*shlex.split(COMMAND), "--factory-startup", "--enable-event-simulate"]
     done = subprocess.run(
         [*command, "--python", str(HERE / "window_drive.py")],

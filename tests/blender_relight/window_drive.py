@@ -2,14 +2,16 @@
 # ruff: noqa: E402
 """Runs inside a Blender with a window: presses, drags and releases on the dial, and prints the results as JSON.
 
-``blender --enable-event-simulate stage.blend --python window_drive.py``; the file has a recorded dial. SPECTRAL_PATHS
-holds folders for sys.path, SPECTRAL_HOLD seconds to keep the window open at the end, for a screenshot.
+``blender --enable-event-simulate --python window_drive.py``. SPECTRAL_PATHS holds folders for sys.path, SPECTRAL_STAGE
+names a folder for the file and its recording, SPECTRAL_HOLD seconds to keep the window open at the end, for a
+screenshot.
 """
 
 import json
 import os
 import sys
 import traceback
+from pathlib import Path
 from time import perf_counter
 
 sys.path[:0] = os.environ.get("SPECTRAL_PATHS", "").split(os.pathsep)
@@ -19,6 +21,7 @@ import bpy
 import blender_addon
 from blender_addon.panels import board as board_panels
 from blender_addon.panels import dial as dial_panels
+from tests.blender_relight.stage import build_stage
 
 STEP_SECONDS = 90.0
 facts: dict = {"version": bpy.app.version_string, "errors": []}
@@ -45,7 +48,11 @@ for each in PANELS:
     recorded(each)
 blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False
-bpy.ops.wm.open_mainfile(filepath=os.environ["SPECTRAL_STAGE"], load_ui=False)
+for block in (*bpy.data.objects, *bpy.data.materials, *bpy.data.lights, *bpy.data.cameras, *bpy.data.worlds):
+    bpy.data.batch_remove([block])
+# in this Blender, because none opens the files of later ones
+build_stage(Path(os.environ["SPECTRAL_STAGE"]) / "stage.blend")
+bpy.ops.spectral.dial_record()
 
 from blender_addon.drawing import dial as drawn
 from blender_addon.operators import dial_drag
@@ -90,10 +97,11 @@ def drawn_shape():
 
 def arrange() -> None:
     """Show the picture beside the view, and this extension's tab in the sidebar."""
-    others = [area for area in window().screen.areas if area.type != "VIEW_3D"]
-    largest = max(others, key=lambda area: area.width * area.height)
-    largest.ui_type = "IMAGE_EDITOR"
-    for area in (view(), largest):
+    with bpy.context.temp_override(window=window(), area=view()):
+        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.6)  # other areas are too narrow for a sidebar
+    beside = [area for area in window().screen.areas if area.type == "VIEW_3D"][-1]
+    beside.ui_type = "IMAGE_EDITOR"
+    for area in (view(), beside):
         area.spaces.active.show_region_ui = True
     entry = scene().spectral.board.bindings.add()
     entry.name, entry.control = 'bpy.data.lights["Key"].energy', "osc:0:/fader/1"
