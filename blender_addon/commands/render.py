@@ -33,8 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     _blend.add_accuracy_arguments(parser)
     parser.add_argument(
         "--out", type=Path, metavar="FILE",
-        help="picture to write, .png, .jpg, .tif or .exr (linear); default SCENE.png; of an animation FILE_0001.png … "
-        "(FILE####.png)",
+        help="picture to write, .png, .jpg, .tif or .exr (linear); default SCENE.png; with --frame or "
+        "--animation, marks as in FILE_####.png are the number; an animation adds it to names without marks",
     )  # fmt: skip
     parser.add_argument(
         "--bands", type=int, metavar="N",
@@ -162,7 +162,7 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
 
     from .. import jobs
 
-    path = (_of_frame(arguments, out, frame) if arguments.animation else out).resolve()
+    path = _file_of(arguments, out, frame).resolve()
     _blend.require_outputs([path])
     _go_to(scene, frame)
     jobs.records.clear()
@@ -285,8 +285,8 @@ def _colors(scene: Any, out: Path, bands: int | None) -> str:
     return f"{scene.display_settings.display_device} through the file's view transform {view.view_transform}{look}"
 
 
-def _of_frame(arguments: argparse.Namespace, out: Path, frame: int) -> Path:
-    """The file of a frame; marks in the name of the .blend file are none of the number."""
-    if arguments.out is None:
-        return out.with_name(f"{out.stem}_{frame:04d}{out.suffix}")
-    return numbered(out, frame)
+def _file_of(arguments: argparse.Namespace, out: Path, frame: int) -> Path:
+    """The file of a frame; marks are no number in the name of the .blend file, nor where no frame is named."""
+    if arguments.out is not None and (arguments.animation or (arguments.frame is not None and "#" in out.stem)):
+        return numbered(out, frame)
+    return out.with_name(f"{out.stem}_{frame:04d}{out.suffix}") if arguments.animation else out

@@ -62,13 +62,15 @@ def test_render_writes_linear_exr_and_an_animation(saved, tmp_path, capfd):
     np.testing.assert_allclose(np.array(image.pixels[:]).reshape(-1, 4)[:, :3], 0.5, rtol=0.02)
 
 
-def test_marks_in_the_name_of_an_animation_are_the_number_of_the_frame(saved, tmp_path, capfd, monkeypatch):
+def test_marks_in_a_name_are_the_number_of_the_frame(saved, tmp_path, capfd, monkeypatch):
     bpy.context.scene.frame_end = 2
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot #3.blend"))
     monkeypatch.chdir(tmp_path)
     assert call(capfd, "render", "shot #3.blend", "--out", "a_##_b.png", "--animation")[0] == 0
     assert call(capfd, "render", "shot #3.blend", "--animation")[0] == 0  # of its own name nothing is replaced
-    expected = ["a_01_b.png", "a_02_b.png", "shot #3_0001.png", "shot #3_0002.png"]
+    assert call(capfd, "render", "shot #3.blend", "--out", "one_###.png", "--frame", "2")[0] == 0
+    assert call(capfd, "render", "shot #3.blend")[0] == 0
+    expected = ["a_01_b.png", "a_02_b.png", "one_002.png", "shot #3.png", "shot #3_0001.png", "shot #3_0002.png"]
     assert sorted(path.name for path in tmp_path.glob("*.png")) == expected
 
 
