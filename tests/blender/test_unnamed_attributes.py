@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Attribute nodes without a name read nothing, and attributes of edges beside sharp normals have a note."""
+"""Attribute nodes without a name read nothing."""
 
 from __future__ import annotations
 
@@ -42,15 +42,3 @@ def test_only_color_attribute_reads_the_active_color_without_a_name(build, trans
 def test_the_alpha_of_an_attribute_without_a_name_is_1(build, translate):
     colored(build, "ShaderNodeAttribute", "Alpha")
     assert translate().materials[0].surface.strength == 1.0
-
-
-@pytest.mark.parametrize(("domain", "sharp", "tells"), [("EDGE", True, True), ("EDGE", False, False),
-                                                         ("POINT", True, False)])  # fmt: skip
-def test_attributes_of_edges_beside_sharp_normals_have_a_note(build, translate, domain, sharp, tells):
-    can, node = colored(build, "ShaderNodeAttribute")
-    can.data.attributes.new("Mine", "FLOAT", domain)
-    node.attribute_name = "Mine"
-    can.data.shade_smooth()
-    if sharp:
-        can.data.set_sharp_from_angle(angle=0.5)
-    assert any("'Mine' of its edges" in note.message for note in translate().notes) is tells

@@ -144,6 +144,7 @@ def test_a_binding_whose_light_was_deleted_says_so(blender) -> None:
 
     settings = bpy.context.scene.spectral.board
     lamp = bpy.data.lights.new("Sconce", "POINT")
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Sconce", lamp))
     settings.bindings.add().name = 'bpy.data.lights["Sconce"].energy'
 
     def drawn() -> list[str]:

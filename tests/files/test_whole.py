@@ -138,7 +138,7 @@ WITHIN_WHOLE = {
     "blender_addon/translate/view_transform.py": 1,  # a picture in a temporary folder that is read at once
     "spectral_core/cli/lattice.py": 2,
     "spectral_core/cli/shared/terminal.py": 1,  # the null device
-    "spectral_core/explore/page/static.py": 3,
+    "spectral_core/explore/page/fonts.py": 1,
     "spectral_core/explore/sweep/files.py": 1,
     "spectral_core/explore/sweep/ledger/copied.py": 2,  # a private copy in a temporary folder, to read a closed one
     "spectral_core/explore/sweep/sweep.py": 1,  # a copy of a folder, to a temporary one

@@ -95,7 +95,7 @@ def _translated(
 
 def _tells_rays(translation: Translation, output: Any) -> bool:
     """True if a world without spectra depends on a type of ray other than the camera's."""
-    source = None if output is None else linked(Input(output.inputs["Surface"]))
+    source = None if output is None else linked(input_of(output, "Surface"))
     if not light_paths_of(source) - PLAIN_RAYS:
         return False
     return all(spectra.spectrum_of(translation, each.node) is None for each, _ in in_order(source, shaders_of_world))
