@@ -92,7 +92,7 @@ def test_a_world_reads_a_ray_alike_with_and_without_nodes_between(build, transla
     tree.links.new(rays.outputs[output], between.inputs[0])
     tree.links.new(between.outputs[0], background.inputs["Strength"])
     np.testing.assert_allclose(plain, shown(), rtol=1e-4, atol=1e-5)
-    assert bool(plain.max() > 0.1) == (output != "Glossy Depth")
+    assert bool(plain.max() > 0.02) == (output != "Glossy Depth")  # the world is 0.05, a reflection of it less
 
 
 @pytest.mark.parametrize("setting", ["visible_camera", "visible_glossy", "is_shadow_catcher", "visible_shadow"])
