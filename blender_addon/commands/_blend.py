@@ -16,6 +16,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from spectral_core.cli.shared.outputs import require_apart
 from spectral_core.cli.shared.outputs import require_outputs as _require_outputs
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
 from spectral_core.files.guarded import no_file
@@ -160,10 +161,11 @@ def missing_files() -> list[str]:
     ]
 
 
-def require_outputs(outputs: Iterable[Path]) -> None:
+def require_outputs(outputs: Iterable[Path], of_views: Iterable[Path] = ()) -> None:
     """Require before the work that files can be written, and that none is an image or another file of the scene.
 
-    ``spectral-scene render wood.blend`` would replace a texture wood.png. Raises InvalidInputError and FileWriteError.
+    ``of_views``: the files of a stereo render, which are only required not to be the scene's. ``spectral-scene render
+    wood.blend`` would replace a texture wood.png. Raises InvalidInputError and FileWriteError.
     """
     import bpy
 
@@ -180,6 +182,7 @@ def require_outputs(outputs: Iterable[Path]) -> None:
     for node in (node for tree in trees if tree is not None for node in tree.nodes):
         if node.bl_idname == NODE and node.filepath:
             named.append(Path(bpy.path.abspath(node.filepath, library=node.id_data.library)))
+    require_apart(of_views, named)
     _require_outputs(outputs, named)
 
 

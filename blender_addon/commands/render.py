@@ -163,7 +163,9 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
     from .. import jobs
 
     path = _file_of(arguments, out, frame).resolve()
-    _blend.require_outputs([path])
+    is_split = scene.render.use_multiview and scene.render.image_settings.views_format == "INDIVIDUAL"
+    ends = [view.file_suffix for view in scene.render.views if is_split or arguments.bands is not None]
+    _blend.require_outputs([path], [path.with_stem(path.stem + end) for end in ends])
     _go_to(scene, frame)
     jobs.records.clear()
     pictures: _bands.Pictures = []

@@ -11,7 +11,8 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 
 @pytest.mark.parametrize(
     ("image", "source", "command", "out"),
-    [("scene.png", "FILE", ["render"], []), ("sky.exr", "FILE", ["transport"], ["--out", "sky.exr"]),
+    [("scene.png", "FILE", ["render"], []), ("scene_L.png", "FILE", ["render"], []),
+     ("sky.exr", "FILE", ["transport"], ["--out", "sky.exr"]),
      ("leaf.1001.png", "TILED", ["render"], ["--out", "leaf.1002.png"]),
      ("walk_0001.png", "SEQUENCE", ["render", "--frame", "3"], ["--out", "walk_0003.png"]),
      ("scene.png", "FILE", ["cost"], ["--plot", "scene.png"])],
@@ -34,6 +35,7 @@ def test_no_image_of_the_scene_is_written_over(build, tmp_path, capfd, monkeypat
         texture.filepath = str(tmp_path / "leaf.<UDIM>.png")
     texture.use_fake_user = True
     build.camera()
+    bpy.context.scene.render.use_multiview = image == "scene_L.png"
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     before = {path: path.read_bytes() for path in tmp_path.glob("*.*") if path.suffix in (".png", ".exr")}
     assert len(before) == len(names)
