@@ -20,7 +20,7 @@ from spectral_core.errors import MissingDependencyError
 from spectral_core.render import plan_effects
 from spectral_core.render.denoise import Guides
 from spectral_core.render.job import Measure, RenderJob
-from spectral_core.render.live import denoise_thread, picture
+from spectral_core.render.live import denoise_thread, pace, picture
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.in_place.changes import difference
 from spectral_core.render.live.link import LiveLink
@@ -243,7 +243,7 @@ def test_a_picture_that_refines_slowly_is_denoised_after_a_time(
 ) -> None:
     """Samples of a slow scene take long to double."""
     monkeypatch.setattr(picture, "DENOISED_S", 0.0)
-    monkeypatch.setattr(picture, "MOST_SAMPLES", 1)
+    monkeypatch.setattr(pace, "MOST_SAMPLES", 1)
     view = Session(scene, 7)
     view.finish()
     assert [frame.samples for frame in view.frames if frame.is_denoised] == [1, 2, 3, 4, 5, 6, 7]

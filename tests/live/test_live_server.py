@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from spectral_core.render.live import server as server_module
+from spectral_core.render.live import pace as pace_module
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.in_place.changes import difference
 from spectral_core.render.live.messages import AreaName
@@ -32,7 +32,7 @@ def test_a_change_is_traced_once_though_the_request_follows_later(
     launches: list[int] = []
     step = ViewPicture.step
     monkeypatch.setattr(ViewPicture, "step", lambda self: launches.append(1) or step(self))
-    monkeypatch.setattr(server_module, "STRIDES", {4: np.inf})  # a slow machine would get a coarser picture
+    monkeypatch.setattr(pace_module, "STRIDES", {4: np.inf})  # a slow machine would get a coarser picture
     told: list[tuple[str, object]] = []
     server = Server(told.append)
     area = PixelArea.make((WIDTH + 8) * (HEIGHT + 8))
@@ -71,7 +71,7 @@ def test_a_picture_of_before_a_change_is_not_told(
 
     ``launch``: the one in which the change and its request come.
     """
-    monkeypatch.setattr(server_module, "STRIDES", {4: np.inf})
+    monkeypatch.setattr(pace_module, "STRIDES", {4: np.inf})
     told: list[tuple[str, object]] = []
     area = PixelArea.make((WIDTH + 8) * (HEIGHT + 8))
     request = ViewRequest("stage", Viewpoint.of_camera(scene.camera, scene.film), WIDTH, HEIGHT, 4, 1)
@@ -111,7 +111,8 @@ def test_the_first_picture_is_as_coarse_as_its_launch_is_slow(
 
     def stepped(self: ViewPicture) -> bool:
         shows_more = step(self)
-        self.latest_seconds = slow[0] * launch_s / lanes * self.columns * self.rows * self.latest_samples
+        assert self.latest is not None
+        self.latest = replace(self.latest, seconds=slow[0] * launch_s / lanes * self.latest.samples)
         return shows_more
 
     monkeypatch.setattr(ViewPicture, "step", stepped)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.denoise import Guides, Quality
+from spectral_core.render.live.pace import FIRST_STRIDE, Pace
 from spectral_core.render.live.passes import Launcher, block_order
 from spectral_core.render.live.view import ViewRequest
 from spectral_core.render.trace.guides import MOST_PASSED
@@ -20,12 +21,8 @@ from spectral_core.spectra.color import RGB_FROM_XYZ
 
 Pixels = NDArray[np.float32]
 
-LAUNCH_S = 0.02
-"""Largest time of a launch of a settled picture; a change waits for at most one launch."""
 SHOWN_S = 0.15
 """Time between two pictures after the first full one: each redraw of Blender takes time from the renderer."""
-MOST_SAMPLES = 16
-"""Samples per pixel of one launch."""
 DENOISED_S, DENOISED_SHARE = 3.0, 0.25
 """A picture is denoised again when its samples have doubled. Before that, more samples are denoised after this time,
 but only if the filter takes at most this share of it.
@@ -33,6 +30,14 @@ but only if the filter takes at most this share of it.
 GUIDE_SAMPLES = 4
 """Rays per pixel of the albedo and normals that guide the filter."""
 _numbers = itertools.count(1)
+
+
+@dataclass(frozen=True, slots=True)
+class Launched:
+    """A launch: ``samples``, the sum over its pixels, and its time."""
+
+    samples: int
+    seconds: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,13 +52,18 @@ class Clean:
 
 
 class ViewPicture:
-    """Sums of one view, a grid of pixels for each offset in a block of ``stride`` × ``stride``."""
+    """Sums of one view, a grid of pixels for each offset in a block of ``stride`` × ``stride``.
 
-    def __init__(self, launcher: Launcher, request: ViewRequest, stride: int) -> None:
+    ``pace``: how long launches of its scene take.
+    """
+
+    def __init__(
+        self, launcher: Launcher, request: ViewRequest, stride: int = FIRST_STRIDE, pace: Pace | None = None
+    ) -> None:
         import drjit as dr
 
         mi = launcher._mi
-        self._launcher, self.request, self.stride = launcher, request, stride
+        self._launcher, self.request, self.stride, self._pace = launcher, request, stride, pace or Pace()
         self.number = next(_numbers)
         self._order = block_order(stride)
         self.columns, self.rows = -(-request.part[2] // stride), -(-request.part[3] // stride)
@@ -73,7 +83,8 @@ class ViewPicture:
         self.launches = 0
         self._shown = 0.0
         self.seconds = 0.0
-        self.latest_seconds, self.latest_samples = 0.0, 1
+        self.latest: Launched | None = None
+        """The latest launch; None before the first one and after one of albedo and normals."""
         self.clean: Clean | None = None
         """The latest denoised picture, which is shown until the next one."""
         self._seen: Pixels | None = None  # albedo and normals
@@ -131,33 +142,36 @@ class ViewPicture:
         if self._lacks_guides:
             self._guide()
             return False
-        import drjit as dr
-
         place, before = self._order[self._next], self.level
         first = self._counts.get(place, 0)
         last = min(first + self._sweep, self.request.samples)
         numbers = self._numbers_of(place, first, last)
-        start = time.perf_counter()
-        sums = self._launcher.trace(
-            self._camera, numbers, self._lane, self._sums.get(place, self._blank), self.request.viewpoint.kind
-        )
-        dr.eval(sums)
-        dr.sync_thread()
-        took = time.perf_counter() - start
+        sums, took = self._launch(numbers, self._sums.get(place, self._blank))
         self.seconds += took
-        self.latest_seconds, self.latest_samples = took, last - first
+        self.latest = Launched((last - first) * self.columns * self.rows, took)
         self.launches += 1
         self._sums[place], self._counts[place] = sums, last
         self._traced.add(place)
         self._next += 1
         if self._next == len(self._order):
             self._next, self.samples = 0, last
-            if took < LAUNCH_S / 2:
-                self._sweep = min(2 * self._sweep, MOST_SAMPLES)
-            elif took > 2 * LAUNCH_S:
-                self._sweep = max(1, self._sweep // 2)
+            self._sweep = self._pace.sweep(last - first, took)
             return True
         return self.level != before or (self.samples > 0 and time.perf_counter() - self._shown > SHOWN_S)
+
+    def launch_nothing(self) -> float:
+        """The fixed time of a launch, from one without samples, whose sums are dropped."""
+        return self._launch(self._numbers_of((0, 0), 0, 0), self._blank)[1]
+
+    def _launch(self, numbers: Any, sums: Any) -> tuple[Any, float]:
+        """Sums after one more launch, and its time."""
+        import drjit as dr
+
+        start = time.perf_counter()
+        sums = self._launcher.trace(self._camera, numbers, self._lane, sums, self.request.viewpoint.kind)
+        dr.eval(sums)
+        dr.sync_thread()
+        return sums, time.perf_counter() - start
 
     def _numbers_of(self, place: tuple[int, int], first: int, last: int) -> Any:
         """The numbers of a launch over the pixels at an offset in each block."""
@@ -183,6 +197,7 @@ class ViewPicture:
         self._seen[y :: self.stride, x :: self.stride] = part.reshape(self.rows, self.columns, 6)
         self._guided += 1
         self.launches += 1
+        self.latest = None
 
     def guides(self) -> Guides | None:
         """Albedo and normals, once they are traced; None without them."""

@@ -15,6 +15,7 @@ from spectral_core.errors import SpectralError
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.denoise_thread import Denoised, DenoiseThread
 from spectral_core.render.live.messages import AreaName, Frame, Trouble
+from spectral_core.render.live.pace import Pace
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import ViewRequest
@@ -22,24 +23,17 @@ from spectral_core.render.process import serving
 from spectral_core.render.same import equal
 from spectral_core.scene import Scene
 
-STRIDES = {4: 0.015, 8: 0.05, 16: float("inf")}
-"""Steps in pixels of a first picture, each with the time of a launch up to which it is used. A change waits for the
-launch in progress, and for the first one of its own.
-"""
-SLOWER = 1.1
-"""Largest growth of the time of a launch from one to the next: other programs slow down single launches."""
-
 
 @dataclass
 class _Kept:
-    """A stage and its pending views. ``seconds``: time of a launch per pixel of its grid; None before the first.
-    ``is_second``: True if an unexpected error has had the present scene loaded anew.
+    """A stage and its pending views. ``is_second``: True if an unexpected error has had the present scene loaded
+    anew.
     """
 
     stage: Stage = field(default_factory=Stage)
     scene: Scene | None = None
     is_pending: bool = False
-    seconds: float | None = None
+    pace: Pace = field(default_factory=Pace)
     trouble: str = ""
     is_second: bool = False
 
@@ -174,7 +168,8 @@ class Server:
             loads = kept.stage.loads
             kept.stage.show(kept.scene)
             if kept.stage.loads != loads:
-                kept.seconds = None
+                kept.pace = Pace()
+            kept.pace.knows_fixed = False  # an edit in place may add instances
         except SpectralError as error:
             self._say_trouble(name, kept, str(error))
         except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
@@ -220,19 +215,29 @@ class Server:
         stage, request = kept.stage, view.request
         stage.activate()
         if view.picture is None:
-            view.picture = ViewPicture(stage.launcher, request, self._stride(request, kept))
+            stride = kept.pace.stride(request.part[2] * request.part[3])
+            view.picture = ViewPicture(stage.launcher, request, stride, kept.pace)
             view.started = time.monotonic()
         picture = view.picture
         stage.look_from(request.viewpoint, request.width)
         shows_more = picture.step()
-        seconds = picture.latest_seconds / (picture.columns * picture.rows * picture.latest_samples)
-        kept.seconds = seconds if kept.seconds is None else min(seconds, SLOWER * kept.seconds)
+        self._measure(picture, kept.pace)
         self._hear_more(self)
         # After a change nobody needs the whole picture, whose conversion would hold up the change. The first picture of
         # each change is shown: otherwise changes that follow each other fast would show nothing.
         is_present = view.picture is picture and not kept.is_pending
         if shows_more and self._views.get(name) is view and (is_present or picture.launches == 1) and not picture.clean:
             self._show(name, view, kept, picture, view.request if view.picture is picture else request)
+
+    @staticmethod
+    def _measure(picture: ViewPicture, pace: Pace) -> None:
+        """Note how long the latest launch took; after a slow one, and once for each scene, the fixed time as well."""
+        if (latest := picture.latest) is None:
+            return
+        pace.note(latest.samples, latest.seconds)
+        # the first launch of a picture may have been recorded and compiled, and is followed by its display
+        if picture.launches > 1 and pace.wants_fixed(latest.seconds):
+            pace.note_fixed(picture.launch_nothing(), latest.samples, latest.seconds)
 
     def _show(self, name: str, view: _View, kept: _Kept, picture: ViewPicture, request: ViewRequest) -> None:
         """Tell the session what a view shows now; ``request``: the one that the picture answers."""
@@ -270,11 +275,6 @@ class Server:
                 continue
             picture.clean_up(denoised.pixels, samples, denoised.seconds, denoised.why)
             self._show(name, view, kept, picture, view.request)
-
-    def _stride(self, request: ViewRequest, kept: _Kept) -> int:
-        """Step of the first picture, chosen so that it is fast."""
-        per_grid = (kept.seconds or 0.0) * request.part[2] * request.part[3]
-        return next(stride for stride, longest in STRIDES.items() if per_grid / stride**2 <= longest)
 
 
 def main() -> None:
