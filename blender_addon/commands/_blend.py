@@ -22,6 +22,9 @@ from spectral_core.errors import FileFormatError, InvalidInputError, MissingDepe
 from spectral_core.files.guarded import no_file
 from spectral_core.scene import Scene
 
+MOST_LOST = 8
+"""Missing data of a library that a note names."""
+
 
 def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments that replace settings of the file."""
@@ -151,14 +154,27 @@ def _without_interrupts() -> Iterator[None]:
 
 
 def missing_files() -> list[str]:
-    """Notes on linked libraries that were not found; their objects are missing in the picture."""
+    """Notes on linked libraries that were not found, and on data that a library no longer has: the picture lacks them.
+
+    A library that is packed into the file, or whose data are, has no file where its path leads.
+    """
     import bpy
 
-    return [
-        f"{library.name}: the linked library {library.filepath} was not found; its contents are missing"
-        for library in bpy.data.libraries
-        if not Path(bpy.path.abspath(library.filepath)).is_file()
-    ]
+    notes: list[str] = []
+    lost: dict[Any, list[str]] = {library: [] for library in bpy.data.libraries}
+    for block in bpy.data.user_map():
+        if block.library is not None and block.is_missing:  # an empty one of Blender's is in its place
+            lost[block.library].append(f"{block.bl_rna.name.lower()} {block.name!r}")
+    for library, names in lost.items():
+        if library.is_missing:
+            is_there = Path(bpy.path.abspath(library.filepath)).is_file()
+            why = "cannot be read" if is_there else "was not found"
+            notes.append(f"{library.name}: the linked library {library.filepath} {why}; its contents are missing")
+        elif names:
+            more = f" and {len(names) - MOST_LOST} more" if len(names) > MOST_LOST else ""
+            shown = ", ".join(sorted(names)[:MOST_LOST])
+            notes.append(f"{library.name}: the linked library {library.filepath} does not have {shown}{more}")
+    return notes
 
 
 def require_outputs(outputs: Iterable[Path], of_views: Iterable[Path] = ()) -> None:

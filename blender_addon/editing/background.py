@@ -28,9 +28,13 @@ class BackgroundCommand:
     def __init__(self, command: Sequence[str]) -> None:
         self.started = time.monotonic()
         self.log = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the process
-        self.process = subprocess.Popen(
-            command, stdout=self.log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, env=child.environment()
-        )
+        try:
+            self.process = subprocess.Popen(
+                command, stdout=self.log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, env=child.environment()
+            )
+        except BaseException:
+            self.log.close()
+            raise
 
     def lines(self) -> list[str]:
         """Lines of output so far, without the empty ones."""

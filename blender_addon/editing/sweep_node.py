@@ -44,6 +44,8 @@ GOAL_PATHS = (".spectral.render.goal", ".spectral.render.target_error", ".spectr
 
 _MOST = {"percentage": 32767, "samples": 16777216}
 """Entries of ``[compute]`` that are whole numbers, and their largest values."""
+_file_of: list[dict[str, Any]] = []
+"""What is kept by the node that has opened the file and changed its settings last, such as of another sweep."""
 
 
 @dataclass(frozen=True)
@@ -163,8 +165,11 @@ class BlendNode:
         return any(path.startswith("bpy.data.scenes[") and path.endswith(ending) for _, path in self.paths)
 
     def _open(self) -> None:
-        if self._kept.get("open") == self.file and bpy.data.filepath == self.file:
+        # another node of this process may have opened the same file since, and have set what this one does not set
+        is_own = bool(_file_of) and _file_of[0] is self._kept
+        if is_own and self._kept.get("open") == self.file and bpy.data.filepath == self.file:
             return
+        _file_of.clear()
         import_module(PACKAGE).register_once()
         if not Path(self.file).is_file():
             raise InvalidInputError(no_file(self.file))
@@ -178,6 +183,7 @@ class BlendNode:
         if self.percentage is not None and not self._sweeps(SIZE_PATH):
             bpy.context.scene.render.resolution_percentage = self.percentage
         self._kept["open"] = self.file
+        _file_of.append(self._kept)
 
     def _show_scene(self) -> None:
         """Make the scene that of the context: a file opens with the scene of its first window."""

@@ -24,7 +24,12 @@ class Run(BackgroundCommand):
     def __init__(
         self, command: list[str], folder: Path, total: int, workers: int, documents: Documents | None = None
     ) -> None:
-        super().__init__(command)
+        try:
+            super().__init__(command)
+        except BaseException:  # such as a Blender that was updated while it ran: its program has gone
+            if documents is not None:
+                documents.settle()
+            raise
         self.folder, self.total = folder, total
         self._documents = documents
         self._count = DoneCount(folder / "ledger.sqlite")

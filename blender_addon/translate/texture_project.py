@@ -46,22 +46,30 @@ def project_of(design: PropertyGroup, folder: Path) -> TextureProject:
         raise InvalidInputError(f"the pictures differ in size: {named}; scale one of them with Image ▸ Resize")
     given = design.kind == "ONE" or design.lights == "GIVEN"
     lights = tuple(_light(design, number) for number in (1, 2)) if given else ()
-    values = {name: getattr(design, name) for name in TEXTURE_FIELDS}
-    for name in ("floor", "slope"):
-        values[name] = round(values[name], 6)  # as typed: single precision stores 0.02 and 0.98, together more than 1
-    if values["floor"] + values["slope"] > 1 + 1e-9 and values["mapping"] == "least_delta_e":
-        raise InvalidInputError(
-            f"black is shown as {values['floor']:g} and contrast {values['slope']:g} is kept, together more than 1; "
-            "lower one of them"
-        )
-    if design.kind == "ONE":
-        values["spectra"] = max(values["spectra"], 8)
+    values = _offered(design)
     wanted_colors = tuple(
         Pin(linear_from_display_rgb(row.color), linear_from_display_rgb(row.wanted))
         for row in (design.wanted_colors if design.kind == "ONE" else ())
     )
     files = tuple(_file_of(image, folder, number) for number, image in enumerate(images, 1))
     return TextureProject(files, lights, wanted_colors, TextureSettings(**values))
+
+
+def _offered(design: PropertyGroup) -> dict[str, Any]:
+    """The settings that the panel offers for this kind of texture; others may have values that do not fit together."""
+    if design.kind == "ONE":
+        return {"spectra": max(design.spectra, 8)}
+    values = {name: getattr(design, name) for name in TEXTURE_FIELDS}
+    for name in ("floor", "slope"):
+        values[name] = round(values[name], 6)  # as typed: single precision stores 0.02 and 0.98, together more than 1
+    if design.mapping == "uniform_contrast":
+        del values["slope"]
+    elif values["floor"] + values["slope"] > 1 + 1e-9:
+        raise InvalidInputError(
+            f"black is shown as {values['floor']:g} and contrast {values['slope']:g} is kept, together more than 1; "
+            "lower one of them"
+        )
+    return values
 
 
 def _light(design: PropertyGroup, number: int) -> Illuminant:

@@ -82,7 +82,8 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
         return dict.fromkeys(OF_SETTINGS, "the document states all settings")
     if len(arguments.pictures) == 1:
         return dict.fromkeys(OF_TWO_PICTURES, "it is for two pictures")
-    return dict.fromkeys(("daylight_share", "led_width"), "both lights are given") if arguments.light else {}
+    found = dict.fromkeys(("daylight_share", "led_width"), "both lights are given") if arguments.light else {}
+    return found | ({"slope": "--exact keeps as much contrast as every texel can show"} if arguments.exact else {})
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -159,8 +159,8 @@ def _frames(arguments: argparse.Namespace) -> list[_Frame]:
     # A file of that very name is no pattern: "head #2.nrrd".
     if any(mark in Path(arguments.volume).name for mark in "#%*{") and not Path(arguments.volume).exists():
         sequence = find_sequence(arguments.volume, **options)
-        if sequence.missing:
-            print(f"frames {', '.join(map(str, sequence.missing))} have no file and are left out")
+        if sequence.missing_note:
+            print(sequence.missing_note)
         return [
             _Frame(n, path, partial(lambda n: _spaced(sequence.read(n), arguments.spacing), n))
             for n, path in sequence.frames

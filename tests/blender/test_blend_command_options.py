@@ -256,18 +256,6 @@ def test_a_frame_is_set_before_a_scene_is_written_for_mitsuba(saved, capfd, monk
     assert frames == [7, 1]
 
 
-def test_a_missing_library_is_named(saved, tmp_path):
-    from blender_addon.commands._blend import missing_files
-
-    library = tmp_path / "library.blend"
-    bpy.data.libraries.write(str(library), {bpy.data.materials["Paper"]})
-    with bpy.data.libraries.load(str(library), link=True) as (held, wanted):
-        wanted.materials = list(held.materials)
-    assert missing_files() == []
-    library.unlink()
-    assert [text.partition(":")[0] for text in missing_files()] == ["library.blend"]
-
-
 def test_a_transport_and_a_cost_name_what_their_pictures_lack(saved, capfd, monkeypatch):
     """Objects of a library that was not found were missing in a recording without a note."""
     import spectral_core.render as render

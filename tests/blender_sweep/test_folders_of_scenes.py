@@ -68,6 +68,20 @@ def test_a_run_that_refuses_the_folder_puts_the_documents_back(swept: Any, monke
     assert swept.spectral.sweep.status == "it holds another sweep"
 
 
+def test_a_run_that_cannot_start_puts_the_documents_back(swept: Any, monkeypatch: Any) -> None:  # noqa: F811
+    """As after an update of the running Blender; the earlier documents stayed aside, and the next run lost them."""
+    folder = _table(swept, KEY)
+    sweeps.start(swept)
+    sweeps.cancel()
+    kept = documents(folder)
+    bpy.data.objects["Camera"].location.x += 1.0
+    monkeypatch.setattr(sweeps, "command_line", lambda *_: [str(folder / "no Blender")])
+    with pytest.raises(FileNotFoundError, match="no Blender"):
+        sweeps.start(swept)
+    assert documents(folder) == kept
+    assert not swept.spectral.sweep.is_under_way
+
+
 def test_a_run_that_takes_the_folder_keeps_its_documents(swept: Any, monkeypatch: Any) -> None:  # noqa: F811
     folder = _table(swept, KEY)
     sweeps.start(swept)

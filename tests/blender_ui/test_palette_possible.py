@@ -14,6 +14,7 @@ pytest.importorskip("bpy")
 
 from blender_addon.editing.palette import live
 from blender_addon.editing.palette.possible import picture_of
+from spectral_core.errors import InvalidInputError
 
 
 @pytest.fixture
@@ -206,3 +207,24 @@ def test_an_edit_is_answered_also_where_the_table_is_not_live(blender, palette, 
     palette.live = False
     palette.materials[0].cells[1].target = (0.5, 0.5, 0.1)
     assert asked == [blender.context.scene]
+
+
+@pytest.mark.parametrize("is_live", [True, False])
+def test_a_table_that_cannot_be_solved_keeps_no_answer_of_the_one_before(
+    blender, palette, monkeypatch, is_live
+) -> None:
+    from blender_addon.editing.palette import possible
+
+    cell = selected(palette, 0, 1)
+    cell.mode, cell.target = "FIXED", (0.0, 1.0, 0.0)
+    blender.ops.spectral.palette_possible()
+    assert palette.possible.words
+    for module in (live, possible):
+        in_a_window = SimpleNamespace(app=SimpleNamespace(background=False), data=blender.data)
+        monkeypatch.setattr(module, "bpy", in_a_window)
+    monkeypatch.setattr(possible, "redraw", lambda *_: None)
+    palette.possible_follows, palette.live = True, is_live
+    palette.lights[1].spectral.source = "FILE"  # no file is chosen
+    with pytest.raises(InvalidInputError):
+        possible.question_of(palette)
+    assert not palette.possible.words

@@ -129,6 +129,22 @@ def test_settings_and_painted_images_reach_the_project(blender, design, tmp_path
         assert (found.floor, found.slope) == pytest.approx((thousandths / 1000, 1 - thousandths / 1000), abs=1e-9)
 
 
+def test_settings_that_the_panel_does_not_offer_stop_no_design(blender, design, tmp_path) -> None:
+    """The contrast is greyed out where all contrast is lowered, and hidden for one picture."""
+    from blender_addon.translate.texture_project import project_of
+
+    design.first, _ = image(blender, "a", 1)
+    design.second, _ = image(blender, "b", 2)
+    design.floor, design.slope = 0.2, 0.95
+    design.mapping = "uniform_contrast"
+    assert project_of(design, tmp_path).settings.floor == pytest.approx(0.2)
+    design.mapping, design.kind = "least_delta_e", "ONE"
+    for number in (1, 2):
+        light = getattr(design, f"light_{number}").spectral
+        light.source, light.catalogue_name = "CATALOGUE", "D65"
+    assert len(project_of(design, tmp_path).pictures) == 1
+
+
 # Matrices from primaries and white (SMPTE RP 177), as in ITU-R BT.2087 and by Apple; linear Rec.709 of each space.
 REC709_FROM = {
     "Display P3": [[1.22494, -0.22494, 0.0], [-0.04206, 1.04206, 0.0], [-0.01964, -0.07864, 1.09827]],

@@ -219,3 +219,23 @@ def test_meshes_of_deleted_and_renamed_objects_are_freed(walks):
         after(walks, lambda number=number: setattr(bpy.data.objects["Ball"].data, "name", f"Other {number}"))
     assert len(kept.meshes) == meshes
     assert len(kept.parts) <= parts + 1
+
+
+def test_the_light_group_of_an_object_in_an_instanced_collection_is_seen(walks):
+    """Blender does not report it, and the scene does not list the object."""
+    kept = bpy.data.collections.new("Kept")
+    bpy.ops.mesh.primitive_cube_add(size=0.3, location=(0, 2, 0))
+    cube = bpy.context.object
+    kept.objects.link(cube)
+    bpy.context.scene.collection.objects.unlink(cube)
+    place = bpy.data.objects.new("Place", None)
+    place.instance_type, place.instance_collection = "COLLECTION", kept
+    bpy.context.scene.collection.objects.link(place)
+    after(walks, lambda: None)
+    group, number = put(cube, "lightgroup", "Key"), NUMBERS["color"]()
+
+    def edit():
+        group()
+        number()
+
+    after(walks, edit)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transfer functions of imported sequences."""
+"""Imported sequences: their transfer functions, and their files."""
 
 from __future__ import annotations
 
@@ -32,3 +32,34 @@ def test_the_preset_of_a_sequence_that_begins_empty_spans_its_data(blender, tmp_
         if "no file for this frame" in note.message
     )
     assert ": ;" not in note
+
+
+def test_a_changed_sequence_leaves_the_files_of_an_earlier_import(blender, tmp_path):
+    """Only single files had names by their version: the earlier volume showed the voxels of the changed frames."""
+    from spectral_core.volume.field import ScalarVolume
+    from spectral_core.volume.files import read_volume, write_volume
+
+    def imported(level: float):
+        for number in (1, 2):
+            values = np.full((3, 4, 5), number * level, np.float32)
+            write_volume(ScalarVolume("plume", values), tmp_path / f"plume_{number:04d}.nrrd")
+        path = str(tmp_path / "plume_0001.nrrd")
+        assert bpy.ops.spectral.volume_import(filepath=path, sequence=True) == {"FINISHED"}
+        return bpy.context.object.data
+
+    earlier = bpy.path.abspath(imported(1.0).filepath)
+    later = bpy.path.abspath(imported(7.0).filepath)
+    assert [read_volume(path).data.max() for path in (earlier, later)] == [1.0, 7.0]
+
+
+def test_changed_voxels_of_an_unchanged_header_leave_the_file_of_an_earlier_import(blender, tmp_path):
+    from spectral_core.volume.files import read_volume
+
+    header = ("NRRD0004", "type: uint8", "dimension: 3", "sizes: 2 2 2", "encoding: raw", "data file: head.raw", "")
+    (tmp_path / "head.nhdr").write_text("\n".join(header))
+    paths = []
+    for level in (1, 7):
+        (tmp_path / "head.raw").write_bytes(bytes([level] * 8))
+        assert bpy.ops.spectral.volume_import(filepath=str(tmp_path / "head.nhdr")) == {"FINISHED"}
+        paths.append(bpy.path.abspath(bpy.context.object.data.filepath))
+    assert [read_volume(path).data.max() for path in paths] == [1, 7]

@@ -11,7 +11,7 @@ import pytest
 from spectral_core.cli import main
 
 SERVED, DRAWN = {"port", "workers"}, {"color", "by", "time", "weights", "norm"}
-OF_TEXTURES = {"daylight_share", "led_width"}
+OF_TEXTURES, SLOPE = {"daylight_share", "led_width"}, {"slope"}
 CALLS: dict[str, list[tuple[str, set[str], set[str]]]] = {
     "explore": [
         ("sweep", DRAWN | SERVED | {"columns"}, {"out", "no_thumbnails"}),
@@ -38,8 +38,9 @@ CALLS: dict[str, list[tuple[str, set[str], set[str]]]] = {
     "recipe": [("lamp lamps.csv", {"paper", "dot_gain", "grams", "target"}, {"cct", "cri"}),
                ("inks surfaces.csv", {"cct", "cri", "grams"}, {"paper", "dot_gain", "target"}),
                ("paints surfaces.csv", {"cct", "dot_gain"}, {"grams", "target"})],
-    "texture": [("one.png two.png --out f", set(), OF_TEXTURES), ("project.toml --out f", {"spectra"}, set()),
+    "texture": [("one.png two.png --out f", set(), OF_TEXTURES | SLOPE), ("project.toml --out f", {"spectra"}, set()),
                 ("one.png --out f", {"daylight_share"}, {"spectra"}),
+                ("one.png two.png --exact --out f", SLOPE, {"floor"}),
                 ("one.png two.png --light A --light FL2 --out f", OF_TEXTURES, {"spectra"})],
     "volume": [("sample:engine --transfer wide", {"field", "component", "raw_shape", "raw_offset"}, {"spacing"}),
                ("a.raw --transfer wide", {"raw_order", "raw_offset"}, {"field", "component", "raw_shape"}),

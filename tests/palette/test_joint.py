@@ -95,8 +95,8 @@ def test_objective_is_that_of_both_sides(seed: int) -> None:
     expected = side.objective(side.joined(common[: len(side.color_lower)], values))
     gram = assembler.roughness("lights")[1]
     expected += sum(0.5 * float(each @ gram @ each) for each in state.lights if each is not None)
-    if all(item.free for item in problem.reflectances):
-        assert joint.objective(joint.start, 0.0) == pytest.approx(expected, rel=1e-10)
+    assert all(item.free for item in problem.reflectances)
+    assert joint.objective(joint.start, 0.0) == pytest.approx(expected, rel=1e-10)
 
 
 @pytest.mark.parametrize("seed", [3, 44, 45])

@@ -253,6 +253,17 @@ def test_foreign_and_changed_files_are_never_replaced(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["scene"]
 
 
+@pytest.mark.parametrize(
+    "content", ["[1, 2]", "3", "{}", '{"format": "spectral-scene, scene for Mitsuba 3"}', "[" * 9999]
+)
+def test_a_list_of_another_program_is_a_foreign_file(tmp_path: Path, content: str) -> None:
+    """Another program's export.json that is no table ended in an AttributeError."""
+    (tmp_path / "export.json").write_text(content)
+    with pytest.raises(InvalidInputError, match=r"contains export\.json, which is not of an export to Mitsuba"):
+        write_mitsuba(box(), tmp_path)
+    assert (tmp_path / "export.json").read_text() == content
+
+
 def test_a_failed_export_leaves_the_earlier_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, scene = tmp_path / "scene", lit_plane(SunLight(name="sun", world_from_light=np.eye(4)))
     write_mitsuba(scene, folder)

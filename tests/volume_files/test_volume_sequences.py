@@ -103,3 +103,19 @@ def test_frames_of_one_width_belong_to_one_that_has_no_zero(tmp_path):
     for number in (98, 99, 100, 1000):
         assert sequence_of(tmp_path / f"wide{number:03d}.npy").numbers == (98, 99, 100, 1000)
         assert sequence_of(tmp_path / f"plain{number}.npy").numbers == (98, 99, 100, 1000)
+
+
+def test_missing_frames_are_in_the_steps_of_the_others_and_few_are_named(tmp_path):
+    """A simulation that writes every hundredth state lacked 99 of 100; two dates took all memory of the machine."""
+    for number in (0, 100, 200, 400):
+        np.save(tmp_path / f"plt{number:05d}.npy", np.zeros((2, 2, 2)))
+    sequence = find_sequence(tmp_path / "plt#####.npy")
+    assert (sequence.step, sequence.missing) == (100, (300,))
+    assert sequence.missing_note == "frames without a file are left out: 300"
+    (tmp_path / "plt00400.npy").unlink()
+    assert find_sequence(tmp_path / "plt#####.npy").missing_note == ""
+    for number in (1, 20260101123000, 20260101124501):
+        np.save(tmp_path / f"scan_{number}.npy", np.zeros((2, 2, 2)))
+    dates = find_sequence(tmp_path / "scan_*.npy")
+    assert dates.missing == tuple(range(2, 1002))
+    assert dates.missing_note == "frames without a file are left out: 2, 3, 4, 5, 6, 7, 8, 9 and others"

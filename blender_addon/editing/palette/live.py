@@ -57,7 +57,10 @@ def _follow(scene: bpy.types.Scene) -> None:
     if not (len(scene.spectral.palette.lights) and len(scene.spectral.palette.materials)):
         picture.forget(scene)
     if not SOLVES.is_busy(scene, LIVE.request):
-        _solve(SOLVES, scene, live_solve(scene), lambda: None)
+        solve = live_solve(scene)
+        if solve is None:
+            possible.changed(scene)  # no finished solution will come that it could follow
+        _solve(SOLVES, scene, solve, lambda: None)
 
 
 def _finish(scene: bpy.types.Scene) -> None:
@@ -74,6 +77,8 @@ def _solve(solver: Behind, scene: bpy.types.Scene, solve: Solve | None, then: Ca
         show()
         if kept is not None:
             then()
+        else:
+            possible.changed(scene)
         for each in bpy.data.scenes:  # Blender reports no copy of a scene, which may have been made meanwhile
             if each != scene:
                 _resume(each)

@@ -121,6 +121,7 @@ def follow(scene: Scene) -> None:
     try:
         question = question_of(palette)
     except SpectralError:  # the palette's own message reports it
+        _show(scene, None)
         return
     ANSWERS.run(scene, partial(_answer_or_none, question), _show, patience_seconds=0.0)
 

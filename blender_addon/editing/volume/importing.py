@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,8 +78,8 @@ class Import:
                 raise InvalidInputError(
                     f"{path.name} is no frame of a sequence: no other file differs in its number only"
                 )
-            if frames.missing:
-                warnings.append(f"frames {', '.join(map(str, frames.missing[:8]))} have no file")
+            if frames.missing_note:
+                warnings.append(frames.missing_note)
         self._require_wanted()
         first = read_volume(path, **self.options) if frames is None else frames.read(frames.numbers[0])
         self._require_wanted()
@@ -99,7 +100,11 @@ class Import:
         whole_low, whole_high = first.value_range
         widest = first
         shift = -first.corners_world.mean(axis=0) if self.centered else np.zeros(3)
-        stem = _stem(path if frames is None else Path(frames.pattern), f"{self.key} {self.centered}")
+        files = [path] if frames is None else [file for _, file in frames.frames]
+        # the times of a header without data and of a folder of slices do not tell whether the voxels are others
+        voxels = hashlib.sha256(np.ravel(first.data, order="A").data).hexdigest()
+        key = f"{self.key} {self.centered} {voxels}"
+        stem = _stem(path if frames is None else Path(frames.pattern), files, key)
         if frames is None:
             target = self.folder / f"{stem}.vdb"
             write_volume(_moved(first, shift), target)
@@ -187,12 +192,16 @@ def _moved(volume: ScalarVolume, shift: NDArray[np.float64]) -> ScalarVolume:
     return ScalarVolume(volume.name, volume.data, matrix)
 
 
-def _stem(path: Path, key: str) -> str:
-    """A file name that identifies the source and its version, so that no other volume's file is overwritten."""
-    try:
-        state = f"{path.stat().st_mtime_ns} {path.stat().st_size}"
-    except OSError:  # a pattern
-        state = ""
+def _stem(path: Path, files: Sequence[Path], key: str) -> str:
+    """A file name that identifies the source and its version, so that no other volume's file is overwritten.
+
+    ``path``: of the file, or the pattern of a sequence; ``files``: those that are read; ``key``: text on the options
+    and the voxels.
+    """
+    states = [each.stat() for each in files]
+    state = "; ".join(
+        f"{file.name} {each.st_mtime_ns} {each.st_size}" for file, each in zip(files, states, strict=True)
+    )
     plain = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in path.name.split(".")[0])
     mark = hashlib.sha256(f"{path.resolve()} {state} {key}".encode()).hexdigest()[:8]
     return f"{plain.strip('_') or 'volume'}_{mark}"

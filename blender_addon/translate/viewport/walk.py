@@ -153,7 +153,7 @@ class Walk:
 
         Raises RepeatWalk if an edit changes more than numbers.
         """
-        if self.unreported != unreported_of(translation.depsgraph):
+        if self.unreported != unreported_of():
             raise RepeatWalk
         touched = [("material" if uid in self.materials else "light", uid) for uid in sorted(self.edited)]
         found = replace(self.found, translation=translation, translated=dict(self.found.translated))
@@ -233,16 +233,16 @@ def walk_of(found: Collected, notes: tuple[Note, ...], kept: Kept) -> Walk | Non
     places = {uid: place for uid, place in trace.places.items() if uid not in trace.repeated}
     lamps = {data: uid for data, uid in trace.lamps.items() if uid in lights}
     parts = {key: kept.parts[key].notes for key in made}
-    return Walk(found, notes, materials, lights, places, lamps, parts, unreported_of(found.translation.depsgraph))
+    return Walk(found, notes, materials, lights, places, lamps, parts, unreported_of())
 
 
 def _depends_on_objects(item: Any) -> bool:
     return item.filling is not None or item.displacement is not None
 
 
-def unreported_of(depsgraph: Any) -> Any:
+def unreported_of() -> Any:
     """Properties whose changes Blender does not report: the light groups of objects and muted links of lamps."""
-    groups = [obj.lightgroup for obj in depsgraph.scene.objects]
+    groups = [obj.lightgroup for obj in bpy.data.objects]  # those of instanced collections are in no list of the scene
     return groups, {lamp.session_uid: muted_links_of(lamp) for lamp in bpy.data.lights}
 
 

@@ -70,7 +70,7 @@ class Fitter:
 
     def __post_init__(self) -> None:
         rows = self.color_from_weights.shape[0]
-        if rows != 3 * len(self.importance) or min(self.importance) <= 0:
+        if rows != 3 * len(self.importance) or not all(0 < each < np.inf for each in self.importance):  # also NaN
             raise InvalidInputError(
                 f"{len(self.importance)} importances {self.importance} for {rows // 3} lights; give one positive "
                 "number per light"

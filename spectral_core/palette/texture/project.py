@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from spectral_core.checks import require_range, require_whole
+from spectral_core.checks import require_choices, require_range, require_whole
 from spectral_core.documents import Schema, read_document
 from spectral_core.documents.codecs import SpectrumFiles, decoded_color, decoded_spectrum
 from spectral_core.errors import InvalidInputError
@@ -58,6 +58,7 @@ class TextureSettings:
     led_width_nm: float = 20.0
 
     def __post_init__(self) -> None:
+        require_choices(self)
         require_range("daylight_share", self.daylight_share, 0.0, 0.9)
         require_range("led_width_nm", self.led_width_nm, 5.0, 60.0, " nm")
         require_range("importance", self.importance, 1e-3, 1e3)

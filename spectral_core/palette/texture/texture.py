@@ -7,13 +7,13 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
 from spectral_core.palette.texture.fit import TILE, Fitter, over_tiles
 from spectral_core.palette.texture.loss import PictureLoss, picture_losses, texel_delta_e
@@ -162,14 +162,17 @@ def design_texture(
 
     Raises
     ------
-    InvalidInputError : sizes differ, counts differ, or a number is out of its range.
+    InvalidInputError : sizes differ, counts differ, a number is out of its range, or the mapping is unknown.
     """
     started = time.perf_counter()
     _require_alike(pictures, lights)
     require_range("floor", floor, 0.0, MOST_FLOOR)
+    if mapping not in get_args(Mapping):
+        raise UnknownNameError.among("mapping", str(mapping), get_args(Mapping))
     matrix = stimulus_matrix(lights)
     if basis is None:
-        basis = design_basis(matrix, count or min(MOST_SPECTRA, 3 * len(lights)), floor=max(floor, 0.01))
+        fitting = min(MOST_SPECTRA, 3 * len(lights))
+        basis = design_basis(matrix, fitting if count is None else count, floor=max(floor, 0.01))
     color_from_weights = matrix @ basis.spectra.T
     stated = float(reachable_scales(color_from_weights, corner_colors(len(lights)), floor).scales.min())
     if mapping == "uniform_contrast":
@@ -177,7 +180,8 @@ def design_texture(
     else:
         kept = require_range("slope", 0.97 - floor if slope is None else slope, 0.0, round(1.0 - floor, 12))
     corners = _corner_weights(color_from_weights, floor, kept) if kept <= stated else None
-    fitter = Fitter(color_from_weights, tuple(importance or [1.0] * len(lights)), corners)
+    weighed = [1.0] * len(lights) if importance is None else importance
+    fitter = Fitter(color_from_weights, tuple(map(float, weighed)), corners)
     weights, delta_e, compressed = _fit_tiles(pictures, fitter, (floor, kept), progress)
     texture = SpectralTexture(weights, basis.spectra, tuple(lights))
     losses = picture_losses(pictures, texture, delta_e, (floor, kept))

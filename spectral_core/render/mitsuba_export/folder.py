@@ -136,10 +136,10 @@ def _require_own(target: Path) -> None:
 
 
 def _listed(target: Path) -> dict[str, str]:
-    """Files of an export with their digests; none if the folder has no list that can be read."""
-    with suppress(OSError, ValueError):
+    """Files of an export with their digests; none without a list that can be read, or for a list of another program."""
+    with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
         content = json.loads((target / LIST_FILE).read_text("utf-8"))
-        if content.get("format") == FORMAT:
+        if content["format"] == FORMAT:
             return dict(content["files"])
     return {}
 

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain, islice, pairwise
 from pathlib import Path
 
 from spectral_core.errors import InvalidInputError
@@ -16,6 +18,8 @@ from spectral_core.volume.files.request import RawLayout
 _PLAIN = r"(0|[1-9]\d*)"
 """Regular expression of a number without leading zeros."""
 _HOLE = re.compile(r"#+|%0?(\d*)d|\{(?::0?(\d*)d?)?\}|\*")
+MOST_MISSING, MOST_NAMED = 1000, 8
+"""Most missing frames that are listed, and that a note names: the numbers of file names may be dates."""
 
 
 @dataclass(frozen=True)
@@ -41,10 +45,23 @@ class VolumeSequence:
         return tuple(number for number, _ in self.frames)
 
     @property
+    def step(self) -> int:
+        """Step of the numbers: simulations often write every hundredth state. 1 for two frames, which show no step."""
+        steps = [after - before for before, after in pairwise(self.numbers)]
+        return math.gcd(*steps) if len(steps) > 1 else 1
+
+    @property
     def missing(self) -> tuple[int, ...]:
-        """Numbers between the first and the last frame without a file."""
-        held = set(self.numbers)
-        return tuple(n for n in range(self.numbers[0], self.numbers[-1] + 1) if n not in held)
+        """Numbers between the first and the last frame without a file, in steps of ``step``: MOST_MISSING at most."""
+        gaps = (range(before + self.step, after, self.step) for before, after in pairwise(self.numbers))
+        return tuple(islice(chain.from_iterable(gaps), MOST_MISSING))
+
+    @property
+    def missing_note(self) -> str:
+        """What to say about missing frames; "" if there are none."""
+        missing = self.missing
+        named = ", ".join(map(str, missing[:MOST_NAMED])) + (" and others" if len(missing) > MOST_NAMED else "")
+        return f"frames without a file are left out: {named}" if missing else ""
 
     def path(self, number: int) -> Path:
         """The file of one frame."""

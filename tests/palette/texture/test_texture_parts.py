@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -10,6 +12,7 @@ from scipy.optimize import minimize
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.texture import texture as module
 from spectral_core.palette.texture.fit import Fitter
+from spectral_core.palette.texture.project import TextureSettings
 from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, reachable_scales, stimulus_matrix
 from spectral_core.palette.texture.texture import Picture, SpectralTexture, design_texture, half_from_unit
 from spectral_core.palette.texture.uplift import Pin, _difference, _LatticeSolver, design_uplift, nearest_weights
@@ -178,3 +181,22 @@ def test_pins_have_colors_from_0_to_1_and_do_not_contradict() -> None:
     for slope in (1e-4, 1.1):
         with pytest.raises(InvalidInputError, match="slope"):
             design_uplift(D65, slope=slope)
+
+
+def test_arguments_of_a_design_that_nothing_can_follow_are_refused() -> None:
+    """NaN, infinite and no weights, an unknown mapping and 0 spectra were taken for the defaults."""
+    pictures = [Picture(name, np.full((2, 2, 3), value)) for name, value in (("a", 0.5), ("b", 0.3))]
+    wrong: list[tuple[dict[str, Any], str]] = [
+        ({"importance": (float("nan"), 1.0)}, "one positive number per light"),
+        ({"importance": (float("inf"), 1.0)}, "one positive number per light"),
+        ({"importance": ()}, "one positive number per light"),
+        ({"mapping": "exact"}, "no mapping is named 'exact'"),
+        ({"count": 0}, "spectra"),
+    ]
+    for arguments, words in wrong:
+        with pytest.raises(InvalidInputError, match=words):
+            design_texture(pictures, [D65, HP1], **arguments)
+    with pytest.raises(InvalidInputError, match="no mapping of TextureSettings is named 'exact'"):
+        TextureSettings(mapping="exact")  # type: ignore[arg-type]
+    alike = [design_texture(pictures, [D65, HP1], importance=given) for given in ((2.0, 1.0), np.array([2.0, 1.0]))]
+    np.testing.assert_array_equal(alike[0].texture.weights, alike[1].texture.weights)

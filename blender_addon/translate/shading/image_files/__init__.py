@@ -27,13 +27,14 @@ def tiles_of(image: Any) -> list[int]:
 @contextmanager
 def tile_image(image: Any, number: int) -> Iterator[Any]:
     """An image of one tile's file alone, None if it has none; gone afterward."""
-    packed = next((each for each in image.packed_files if f"{number}" in Path(each.filepath).name), None)
+    packed = next((each for each in image.packed_files if each.tile_number == number), None)
     if packed is not None:
         handle, path = tempfile.mkstemp(suffix=Path(packed.filepath).suffix)
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(packed.data)
+                file.write(packed.packed_file.data)
             with _loaded(image, path) as found:
+                found.pack()  # Cycles has Blender's pixels of it, as of any image that is packed
                 yield found
         finally:
             Path(path).unlink(missing_ok=True)
