@@ -19,6 +19,7 @@ from spectral_core.checks import frozen_array, require_kind, require_whole
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.palette.assemble.equations import Equation, equation_of
 from spectral_core.palette.assemble.limits import Limits
+from spectral_core.palette.assemble.programs import EXACT, Programs
 from spectral_core.palette.given import color_ends, light_and_color, require_bounds, sequence_of
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb, whitened
 from spectral_core.spectra.observer import Observer, linear_rgb_from_product, normalized
@@ -26,7 +27,6 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 Array = NDArray[np.float64]
 
-EXACT = 1e-6  # linear RGB distance below which a wanted color counts as reachable
 SAME = 0.05  # CIELAB distance below which the ways from two colors count as one
 LAB_STEPS = 20
 """Most Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB; two to four are usual."""
@@ -38,10 +38,6 @@ SHARES = 0.5 ** np.arange(12.0)
 """Shares of a step that are tried."""
 _RIDGES = 1e-9, 1e-10, 1e-11, 1e-12, 1e-13
 _GAIN = 1e-4  # share of a squared distance that a further program must be able to gain
-SOLVED = (1, 2)  # of ``daqp``
-TIGHT = 1e-12  # of ``piqp``
-DEPENDENT = 1e-10
-"""Singular value, relative to the largest, below which rows of exact colors depend on each other."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +113,8 @@ class CellReach:
     ) -> None:
         self.grid, self.bounds, self.matrix = grid, bounds, matrix
         self._limits = Limits(matrix.shape[1], bounds, held)
-        if len(held) and self._limits.extreme(np.zeros(matrix.shape[1])) is None:
+        self._programs = Programs(self._limits, grid.size)
+        if len(held) and self._programs.any_point is None:
             raise InvalidInputError(
                 f"no reflectance between {bounds[0]:g} and {bounds[1]:g} has the {len(held)} exact colors together; "
                 "relax one of them"
@@ -218,7 +215,7 @@ class CellReach:
         """
         rows, wanted = metric @ self.matrix, metric @ target
         size = float(np.trace(rows @ rows.T))
-        reflectance, multipliers = self._solved(rows, wanted, _RIDGES[0] * size, np.zeros(self._limits.size))
+        reflectance, multipliers = self._programs.solved(rows, wanted, _RIDGES[0] * size, np.zeros(self._limits.size))
         for ridge in _RIDGES[1:]:
             cost = np.sum((rows @ reflectance - wanted) ** 2)
             gain = (
@@ -226,62 +223,11 @@ class CellReach:
             )  # what the last ridge weighed
             if np.abs(self.matrix @ reflectance - target).max() < 0.1 * EXACT or gain < _GAIN * cost:
                 break
-            further = self._solved(rows, wanted, ridge * size, reflectance)
+            further = self._programs.solved(rows, wanted, ridge * size, reflectance)
             if not np.sum((rows @ further[0] - wanted) ** 2) < cost:
                 break
             reflectance, multipliers = further
         return reflectance, multipliers
-
-    def _solved(self, rows: Array, wanted: Array, ridge: float, center: Array) -> tuple[Array, Array]:
-        """Reflectance of the least |rows r - wanted|² + ridge |r - center|², and multipliers, as ``_projected``."""
-        import daqp
-
-        limits = self._limits
-        hessian = rows.T @ rows + ridge * np.eye(limits.size)
-        linear = -rows.T @ wanted - ridge * center
-        # The solver writes into the senses, so it gets a copy.
-        found, _, status, info = daqp.solve(
-            hessian, linear, limits.rows, limits.upper, limits.lower, limits.sense.copy()
-        )
-        values = np.clip(found, *self.bounds)
-        if status not in SOLVED or limits.miss(values) > EXACT:
-            return self._from_a_point(hessian, linear)
-        return values, np.asarray(info["lam"], dtype=np.float64)[limits.size :]
-
-    def _from_a_point(self, hessian: Array, linear: Array) -> tuple[Array, Array]:
-        """``_solved`` where the exact colors are at the end of what their lights can show, or nearly depend on each
-        other: as a change from a point that has them, along independent rows, by piqp.
-        """
-        import piqp
-
-        limits, equal, knots = self._limits, self._limits.is_equal, self._limits.size
-        begin = limits.extreme(np.zeros(knots))
-        if begin is None:
-            raise SolveError("the exact colors of this material cannot be met together")
-        point = np.clip(begin, *self.bounds)
-        outer, sizes, inner = np.linalg.svd(limits.rows[equal], full_matrices=False)
-        kept = sizes > DEPENDENT * sizes.max(initial=0.0)
-        present = np.append(point, limits.rows @ point)
-        low, high = limits.lower - present, limits.upper - present
-        none = np.zeros(int(kept.sum()))
-        ranges = [limits.rows[~equal], low[knots:][~equal], high[knots:][~equal]] if (~equal).any() else [None] * 3
-        size = float(np.trace(hessian))
-        solver = piqp.DenseSolver()
-        solver.settings.eps_abs, solver.settings.eps_rel = TIGHT, 0.0
-        gradient = (linear + hessian @ point) / size
-        solver.setup(hessian / size, gradient, inner[kept], none, *ranges, low[:knots], high[:knots])
-        status = solver.solve()
-        values = np.clip(point + np.asarray(solver.result.x), *self.bounds)
-        if not np.isfinite(values).all() or limits.miss(values) > EXACT:
-            raise SolveError(
-                f"the nearest reachable color was not found ({status}): the exact colors of the other cells leave this "
-                "material hardly any other reflectance. Make one of them not exact."
-            )
-        multipliers = np.zeros(equal.size)
-        multipliers[equal] = size * (outer[:, kept] / sizes[kept]) @ np.asarray(solver.result.y)
-        if (~equal).any():
-            multipliers[~equal] = size * (np.asarray(solver.result.z_u) - np.asarray(solver.result.z_l))
-        return values, multipliers
 
 
 def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float | None, viewer: Observer | None) -> Array:

@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import linprog
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.assemble import programs
 from spectral_core.palette.possible import possible_colors
 from spectral_core.palette.presets import metamer_pair
 from spectral_core.spectra.catalogue import color_matching_functions, illuminant, reflectance
@@ -137,3 +138,15 @@ def test_the_reflectance_of_the_nearest_color_is_that_of_the_material() -> None:
     nearest = possible_colors(palette(EXACT["a chain over three materials"]), (1, 1)).nearest((0.3, 0.3, 0.1))
     shown = ROWS[1] @ Reflectance("found", GRID, nearest.reflectance).values
     np.testing.assert_allclose(shown, nearest.color, atol=FAR)
+
+
+@pytest.mark.parametrize("kind", EXACT)
+def test_many_materials_have_the_answers_of_few(kind: str, monkeypatch) -> None:
+    """Sparse programs, in place of dense ones whose time grows with the cube of the number of materials."""
+    problem = palette(EXACT[kind], {0: reflectance("orange")} if kind == "a measured material" else {})
+    wanted = ROWS[1] @ LEAF * 1.3
+    few = possible_colors(problem, (1, 1)).nearest(wanted)
+    monkeypatch.setattr(programs, "LARGEST_DENSE", 1)
+    many = possible_colors(problem, (1, 1)).nearest(wanted)
+    np.testing.assert_allclose(many.color, few.color, atol=1e-6)
+    np.testing.assert_allclose(many.in_the_way, few.in_the_way, rtol=0.02, atol=0.02)
