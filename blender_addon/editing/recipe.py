@@ -98,11 +98,10 @@ def _library(recipe: PropertyGroup) -> list[Spectrum]:
 
 def _colorants(recipe: PropertyGroup, spectra: list[Spectrum], wanted: Reflectance) -> tuple[Colorants, str]:
     """The colorants, and a note where those of a file, or what is wanted, were measured over different ranges."""
-    grid, note = SpectralGrid.uniform(400, 700, 10), ""
-    if recipe.reads_file:
-        grid, note = common_grid([*spectra, wanted], "The recipe")
-        if not any(np.ptp(grid.wavelengths_nm) < np.ptp(each.grid.wavelengths_nm) for each in spectra):
-            note = ""
+    grid, note = common_grid([*spectra, wanted], "The recipe")
+    is_narrower = any(np.ptp(grid.wavelengths_nm) < np.ptp(each.grid.wavelengths_nm) for each in spectra)
+    if not (recipe.reads_file and is_narrower):
+        note = ""
     values = np.stack([each.at(grid.wavelengths_nm) for each in spectra])
     kind = {"PAINTS": "paints", "INKS": "inks", "FILTERS": "filters"}[recipe.kind]
     names = tuple(each.name for each in spectra)

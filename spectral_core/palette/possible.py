@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Colors that a cell of a palette can show, before a solve: the set, its nearest color, and the conflicting cells.
 
-Exact cells of the same row must hold, those that take their color from the cell with its new color; requests that are
-not exact may be missed, and are ignored.
+Exact cells must hold, those that take their color from another cell with its new color: materials that match exactly
+change together. Requests that are not exact may be missed, and are ignored.
 """
 
 from __future__ import annotations
@@ -13,14 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_kind, require_range, require_whole
+from spectral_core.checks import require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.assemble.equations import ExactCells
 from spectral_core.palette.cell import Cell, CellMode
-from spectral_core.palette.given import CellIndex, cell_index_of, cell_name, sequence_of
+from spectral_core.palette.given import CellIndex, cell_index_of, sequence_of
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.reachable import CellReach, NearestColor
 from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz, whitened
-from spectral_core.spectra.observer import Observer, observer
+from spectral_core.spectra.observer import observer
 from spectral_core.spectra.spectrum import Illuminant
 
 Array = NDArray[np.float64]
@@ -36,22 +37,17 @@ SECTION_LIMIT = 110.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PossibleColors:
-    """Colors that cell ``index`` can show. ``held``: exact cells of its row, first those of ``exact``, then those of
-    ``follows``, and one of both if it takes its color from the cell and has a range; ``open``: cells that may miss
-    their targets.
+    """Colors that cell ``index`` can show. ``held``: for each equation of ``reach`` the exact cell that requires it;
+    ``open``: cells of the same row that may miss their targets.
     """
 
     index: CellIndex
+    problem: PaletteProblem
+    lights: tuple[Illuminant, ...]
+    """Spectra of the columns."""
     reach: CellReach
     held: tuple[CellIndex, ...]
     open: tuple[CellIndex, ...]
-    light: Illuminant
-    exact: tuple[tuple[Illuminant, Array], ...]
-    """Light of each held cell, and its color (3,) or the least and the greatest one (2, 3)."""
-    follows: tuple[Illuminant, ...] = ()
-    """Lights of the exact cells of the row that take their color from the cell."""
-    viewer: Observer | None = None
-    """The observer of the palette's targets; None: the standard one."""
 
     def nearest(self, linear_rgb: ArrayLike) -> NearestColor:
         """The possible color that is nearest to a wanted one, linear sRGB (3,)."""
@@ -68,18 +64,17 @@ class PossibleColors:
         return tuple(sorted((each for each in shares.items() if each[1] > 0.01), key=lambda each: -each[1]))
 
     def without(self, cell: CellIndex, linear_rgb: ArrayLike) -> float:
-        """Remaining ΔE2000 to a wanted color if an exact cell of the row is released; ``cell``: one of ``held``."""
+        """Remaining ΔE2000 to a wanted color if an exact cell is released; ``cell``: one of ``held``."""
         if cell not in self.held:
-            raise InvalidInputError(f"cell {cell} is not among the exact cells of the row, {list(self.held)}")
-        kept = [pair for place, pair in zip(self.held, self.exact, strict=False) if place != cell]
-        followers = zip(self.held[len(self.exact) :], self.follows, strict=True)
-        follows = [light for place, light in followers if place != cell]
-        reach = CellReach(self.light, self.reach.grid, kept, None, follows, self.reach.bounds, self.viewer)
-        return reach.nearest(linear_rgb).delta_e_2000
+            raise InvalidInputError(f"cell {cell} is not among the exact cells that must hold, {list(self.held)}")
+        released = self.problem.with_cell(cell, Cell.ignore())
+        return possible_colors(released, self.index, lights=self.lights).nearest(linear_rgb).delta_e_2000
 
     def alone(self, linear_rgb: ArrayLike) -> float:
-        """Remaining ΔE2000 to a wanted color if all other cells of the row are released."""
-        reach = CellReach(self.light, self.reach.grid, scale=None, bounds=self.reach.bounds, viewer=self.viewer)
+        """Remaining ΔE2000 to a wanted color if all other cells are released."""
+        viewer = observer(self.problem.observers[0])
+        light, bounds = self.lights[self.index[1]], self.problem.reflectance_bounds
+        reach = CellReach(light, self.problem.grid, scale=None, bounds=bounds, viewer=viewer)
         return reach.nearest(linear_rgb).delta_e_2000
 
     def section(self, lightness: float, size: int = 64) -> NDArray[np.bool_]:
@@ -119,11 +114,7 @@ def section_linear_rgb(lightness: float, size: int) -> Array:
 
 
 def possible_colors(
-    problem: PaletteProblem,
-    index: CellIndex,
-    *,
-    lights: Sequence[Illuminant] | None = None,
-    actual: ArrayLike | None = None,
+    problem: PaletteProblem, index: CellIndex, *, lights: Sequence[Illuminant] | None = None
 ) -> PossibleColors:
     """The colors that a cell can show.
 
@@ -132,12 +123,10 @@ def possible_colors(
     problem : the palette.
     index : (reflectance, light) of the cell.
     lights : spectra of the lights as they are now, for those that are designed; by default where designs start.
-    actual : (R, L, 3), colors of the last solution, which exact cells that refer to others must keep.
 
     Raises
     ------
-    InvalidInputError : the material is measured, the exact cells of its row contradict each other, or one of them
-        refers to a cell that was not solved yet.
+    InvalidInputError : the material is measured, or the exact cells that it depends on contradict each other.
     """
     require_kind("the palette", problem, PaletteProblem)
     row, column = index = cell_index_of(index)
@@ -152,55 +141,17 @@ def possible_colors(
     spectra = [light.spectrum for light in problem.lights] if lights is None else list(sequence_of("lights", lights))
     if len(spectra) != len(problem.lights):
         raise InvalidInputError(f"{len(spectra)} lights; expected {len(problem.lights)}, one for each column")
-    shape = (len(problem.reflectances), len(problem.lights), 3)
-    colors = None if actual is None else frozen_array("the colors of the last solution", actual, shape)
-    following = _following(problem, index)
-    held: list[CellIndex] = []
-    open_cells, exact = [], []
-    for other, cell in enumerate(problem.cells[row]):
-        asks = (cell.mode not in (CellMode.IGNORE, CellMode.FREE) or cell.box is not None) and (
-            cell.exact or cell.weight > 0
-        )
-        if other == column or not asks or (other in following and cell.box is None):
-            continue
-        if not cell.exact:
-            open_cells.append((row, other))
-            continue
-        held.append((row, other))
-        if cell.box is not None and (cell.mode is CellMode.FREE or other in following):
-            color = np.stack(cell.box)
-        else:
-            color = _wanted(cell, (row, other), colors, cell_name(problem, (row, other)))
-        exact.append((spectra[other], color))
-    follows = tuple(spectra[other] for other in following)
-    held += [(row, other) for other in following]
-    viewer = observer(problem.observers[0])  # the targets are colors for the first observer
-    reach = CellReach(spectra[column], problem.grid, exact, None, follows, problem.reflectance_bounds, viewer)
-    return PossibleColors(index, reach, tuple(held), tuple(open_cells), spectra[column], tuple(exact), follows, viewer)
+    for each in spectra:
+        require_kind("a light", each, Illuminant)
+    exact = ExactCells(problem, index, spectra)
+    held = [equation for _, equation in exact.equations]
+    reach = CellReach.beside(problem.grid, exact.matrix, held, problem.reflectance_bounds)
+    open_cells = [(row, other) for other, cell in enumerate(problem.cells[row]) if other != column and _may_miss(cell)]
+    owners = tuple(cell for cell, _ in exact.equations)
+    return PossibleColors(index, problem, tuple(spectra), reach, owners, tuple(open_cells))
 
 
-def _following(problem: PaletteProblem, index: CellIndex) -> list[int]:
-    """Columns of the exact cells of a row that take their color from one of its cells, directly or by each other."""
-    row, column = index
-    found = [column]
-    for _ in problem.cells[row]:
-        more = [
-            other
-            for other, cell in enumerate(problem.cells[row])
-            if other not in found and cell.exact and any((row, each) in cell.others for each in found)
-        ]
-        found += more
-    return found[1:]
-
-
-def _wanted(cell: Cell, place: CellIndex, actual: Array | None, name: str) -> Array:
-    """The color that an exact cell requires of its material."""
-    if cell.mode is CellMode.BLACK:
-        return np.zeros(3)
-    if cell.target is not None:
-        return np.asarray(cell.target)
-    if actual is None:
-        raise InvalidInputError(
-            f"{name} takes its color from another cell, which is not known before the palette is solved; solve it"
-        )
-    return np.asarray(actual[cell.others[0]] if cell.others else actual[place])
+def _may_miss(cell: Cell) -> bool:
+    """True if a cell has a request that is not exact."""
+    asks = cell.mode not in (CellMode.IGNORE, CellMode.FREE) or cell.box is not None
+    return asks and not cell.exact and cell.weight > 0

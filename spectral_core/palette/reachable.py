@@ -10,13 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import linprog
 
 from spectral_core.checks import frozen_array, require_kind, require_whole
 from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.palette.assemble.equations import Equation, equation_of
+from spectral_core.palette.assemble.limits import Limits
+from spectral_core.palette.assemble.programs import EXACT, Programs
 from spectral_core.palette.given import color_ends, light_and_color, require_bounds, sequence_of
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb, whitened
 from spectral_core.spectra.observer import Observer, linear_rgb_from_product, normalized
@@ -24,7 +27,6 @@ from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
 Array = NDArray[np.float64]
 
-EXACT = 1e-6  # linear RGB distance below which a wanted color counts as reachable
 SAME = 0.05  # CIELAB distance below which the ways from two colors count as one
 LAB_STEPS = 20
 """Most Gauss-Newton steps from the nearest color in linear RGB to the nearest in CIELAB; two to four are usual."""
@@ -36,12 +38,6 @@ SHARES = 0.5 ** np.arange(12.0)
 """Shares of a step that are tried."""
 _RIDGES = 1e-9, 1e-10, 1e-11, 1e-12, 1e-13
 _GAIN = 1e-4  # share of a squared distance that a further program must be able to gain
-OPEN = 1e30  # an open end of a range
-SOLVED = (1, 2)  # of ``daqp``
-TIGHT = 1e-12  # of ``piqp``
-DEPENDENT = 1e-10
-"""Singular value, relative to the largest, below which rows of exact colors depend on each other."""
-UNBOUNDED = 3  # of ``linprog``
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,21 +92,29 @@ class CellReach:
         follows = sequence_of("follows", follows)
         for each in (light, *(other for other, _ in exact), *follows):
             require_kind("a light", each, Illuminant)
-        self.grid, self.bounds = grid, bounds
-        self.matrix = _rgb_rows(light, grid, scale, viewer)
-        held = [_rgb_rows(other, grid, scale, viewer) for other, _ in exact]
-        held += [_rgb_rows(other, grid, scale, viewer) - self.matrix for other in follows]
-        self._held = np.concatenate([np.zeros((0, grid.size)), *held])
-        self._exact = len(exact)
-        ends = [color_ends(color) for _, color in exact] + [np.zeros((2, 3)) for _ in follows]
-        colors = np.concatenate([np.empty((2, 0)), *ends], axis=1)
-        self._is_equal = colors[0] == colors[1]
-        # DAQP: every reflectance within its bounds, exact colors as equalities (sense 5), ranges as limits.
-        knots = grid.size
-        self._lower = np.maximum(np.concatenate([np.full(knots, bounds[0]), colors[0]]), -OPEN)
-        self._upper = np.minimum(np.concatenate([np.full(knots, bounds[1]), colors[1]]), OPEN)
-        self._sense = np.concatenate([np.zeros(knots), np.where(self._is_equal, 5, 0)]).astype(np.int32)
-        if len(held) and self._extreme(np.zeros(3)) is None:
+        matrix = _rgb_rows(light, grid, scale, viewer)
+        held = [equation_of(_rgb_rows(other, grid, scale, viewer), color_ends(color)) for other, color in exact]
+        shown = [_rgb_rows(other, grid, scale, viewer) for other in follows]
+        self._prepare(grid, matrix, held + [equation_of(own - matrix, np.zeros(3), own) for own in shown], bounds)
+
+    @classmethod
+    def beside(
+        cls, grid: SpectralGrid, matrix: Array, held: Sequence[Equation], bounds: tuple[float, float] = (0.0, 1.0)
+    ) -> Self:
+        """The colors ``matrix`` (3, n) @ unknowns beside equations. The first of the n unknowns are the reflectance on
+        ``grid``; others are those of further materials. Raises InvalidInputError if the equations have no solution.
+        """
+        found = object.__new__(cls)
+        found._prepare(grid, matrix, held, bounds)
+        return found
+
+    def _prepare(
+        self, grid: SpectralGrid, matrix: Array, held: Sequence[Equation], bounds: tuple[float, float]
+    ) -> None:
+        self.grid, self.bounds, self.matrix = grid, bounds, matrix
+        self._limits = Limits(matrix.shape[1], bounds, held)
+        self._programs = Programs(self._limits, grid.size)
+        if len(held) and self._programs.any_point is None:
             raise InvalidInputError(
                 f"no reflectance between {bounds[0]:g} and {bounds[1]:g} has the {len(held)} exact colors together; "
                 "relax one of them"
@@ -122,11 +126,11 @@ class CellReach:
         """
         toward = frozen_array("a direction of colors", direction, (3,))
         gradient = toward @ self.matrix
-        if not len(self._held) and np.isfinite(self.bounds).all():
+        if not self._limits.count and np.isfinite(self.bounds).all():
             # Each wavelength reflects the most or the least: the extreme colors of an object (Schrödinger 1920).
             color = self.matrix @ np.where(gradient > 0, self.bounds[1], self.bounds[0])
             return float(toward @ color), color
-        found = self._extreme(toward)
+        found = self._limits.extreme(gradient)
         if found is None:
             raise SolveError("the exact colors of this material cannot be met together")
         if not np.isfinite(found).all():
@@ -149,7 +153,7 @@ class CellReach:
         # Whitened, so that the ridge moves no color, also under a lamp of one line, whose colors are nearly a line.
         reflectance, _ = self._projected(whitened(self.matrix), target)
         color = self.matrix @ reflectance
-        slope = np.zeros(len(self._held) // 3)
+        slope = np.zeros(self._limits.count)
         reachable = bool(np.abs(color - target).max() <= EXACT)
         target_lab = lab_from_linear_rgb(target)
         lab = lab_from_linear_rgb(color)
@@ -162,13 +166,13 @@ class CellReach:
             color = self.matrix @ reflectance
             lab = lab_from_linear_rgb(color)
             # A multiplier is per unit of linear RGB; the Jacobian at the color converts it to ΔE.
-            held = (self._held @ reflectance).reshape(-1, 3)
-            held[self._exact :] = color  # cells that follow have this color
+            held = (self._limits.shown @ reflectance).reshape(-1, 3)
             metrics = lab_jacobian_from_linear_rgb(held) if len(held) else np.empty((0, 3, 3))
             per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(metrics, multipliers.reshape(-1, 3), strict=True)]
             slope = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
             reachable = bool(np.abs(color - target).max() <= EXACT)
-        return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), reflectance, slope)
+        own = reflectance[: self.grid.size]
+        return NearestColor(color, reachable, float(delta_e_2000(lab, target_lab)), own, slope)
 
     def _nearest_in_lab(
         self, start: tuple[Array, Array], target_lab: Array, passed: list[Array]
@@ -211,86 +215,19 @@ class CellReach:
         """
         rows, wanted = metric @ self.matrix, metric @ target
         size = float(np.trace(rows @ rows.T))
-        reflectance, multipliers = self._solved(rows, wanted, _RIDGES[0] * size, np.zeros(self.grid.size))
+        reflectance, multipliers = self._programs.solved(rows, wanted, _RIDGES[0] * size, np.zeros(self._limits.size))
         for ridge in _RIDGES[1:]:
             cost = np.sum((rows @ reflectance - wanted) ** 2)
-            gain = 10.0 * ridge * size * self.grid.size * max(np.abs(self.bounds)) ** 2  # what the last ridge weighed
+            gain = (
+                10.0 * ridge * size * self._limits.size * max(np.abs(self.bounds)) ** 2
+            )  # what the last ridge weighed
             if np.abs(self.matrix @ reflectance - target).max() < 0.1 * EXACT or gain < _GAIN * cost:
                 break
-            further = self._solved(rows, wanted, ridge * size, reflectance)
+            further = self._programs.solved(rows, wanted, ridge * size, reflectance)
             if not np.sum((rows @ further[0] - wanted) ** 2) < cost:
                 break
             reflectance, multipliers = further
         return reflectance, multipliers
-
-    def _solved(self, rows: Array, wanted: Array, ridge: float, center: Array) -> tuple[Array, Array]:
-        """Reflectance of the least |rows r - wanted|² + ridge |r - center|², and multipliers, as ``_projected``."""
-        import daqp
-
-        hessian = rows.T @ rows + ridge * np.eye(self.grid.size)
-        linear = -rows.T @ wanted - ridge * center
-        # The solver writes into the senses, so it gets a copy.
-        found, _, status, info = daqp.solve(hessian, linear, self._held, self._upper, self._lower, self._sense.copy())
-        values = np.clip(found, *self.bounds)
-        if status not in SOLVED or self._miss(values) > EXACT:
-            return self._from_a_point(hessian, linear)
-        return values, np.asarray(info["lam"], dtype=np.float64)[self.grid.size :]
-
-    def _miss(self, reflectance: Array) -> float:
-        """Largest distance of an exact color from its own, or outside its range."""
-        shown, knots = self._held @ reflectance, self.grid.size
-        return float(np.abs(shown - np.clip(shown, self._lower[knots:], self._upper[knots:])).max(initial=0.0))
-
-    def _from_a_point(self, hessian: Array, linear: Array) -> tuple[Array, Array]:
-        """``_solved`` where the exact colors are at the end of what their lights can show, or nearly depend on each
-        other: as a change from a point that has them, along independent rows, by piqp.
-        """
-        import piqp
-
-        begin, equal, knots = self._extreme(np.zeros(3)), self._is_equal, self.grid.size
-        if begin is None:
-            raise SolveError("the exact colors of this material cannot be met together")
-        point = np.clip(begin, *self.bounds)
-        outer, sizes, inner = np.linalg.svd(self._held[equal], full_matrices=False)
-        kept = sizes > DEPENDENT * sizes.max(initial=0.0)
-        low, high = (
-            self._lower - np.append(point, self._held @ point),
-            self._upper - np.append(point, self._held @ point),
-        )
-        none = np.zeros(int(kept.sum()))
-        ranges = [self._held[~equal], low[knots:][~equal], high[knots:][~equal]] if (~equal).any() else [None] * 3
-        size = float(np.trace(hessian))
-        solver = piqp.DenseSolver()
-        solver.settings.eps_abs, solver.settings.eps_rel = TIGHT, 0.0
-        gradient = (linear + hessian @ point) / size
-        solver.setup(hessian / size, gradient, inner[kept], none, *ranges, low[:knots], high[:knots])
-        status = solver.solve()
-        values = np.clip(point + np.asarray(solver.result.x), *self.bounds)
-        if not np.isfinite(values).all() or self._miss(values) > EXACT:
-            raise SolveError(
-                f"the nearest reachable color was not found ({status}): the exact colors of the other cells leave this "
-                "material hardly any other reflectance. Make one of them not exact."
-            )
-        multipliers = np.zeros(equal.size)
-        multipliers[equal] = size * (outer[:, kept] / sizes[kept]) @ np.asarray(solver.result.y)
-        if (~equal).any():
-            multipliers[~equal] = size * (np.asarray(solver.result.z_u) - np.asarray(solver.result.z_l))
-        return values, multipliers
-
-    def _extreme(self, direction: Array) -> Array | None:
-        """Reflectance (n,) that reaches farthest in ``direction`` with the exact colors; None if there is none,
-        infinite where nothing bounds it.
-        """
-        equal, knots = self._is_equal, self.grid.size
-        low, high = self._lower[knots:], self._upper[knots:]
-        ranges = self._held[~equal]
-        answer = linprog(
-            -(direction @ self.matrix), A_eq=self._held[equal], b_eq=low[equal], bounds=self.bounds, method="highs-ds",
-            A_ub=np.concatenate([ranges, -ranges]), b_ub=np.concatenate([high[~equal], -low[~equal]]),
-        )  # fmt: skip
-        if answer.status == UNBOUNDED:
-            return np.full(knots, np.inf)
-        return np.asarray(answer.x) if answer.status == 0 else None
 
 
 def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float | None, viewer: Observer | None) -> Array:

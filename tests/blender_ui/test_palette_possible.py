@@ -61,6 +61,22 @@ def test_a_conflict_is_not_said_to_end_at_a_greater_distance(blender) -> None:
     assert any("ΔE2000 does not fall" in line for line in others), palette.possible.words
 
 
+def test_a_cell_of_another_material_that_must_match_is_named_with_it(blender) -> None:
+    blender.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    palette = blender.context.scene.spectral.palette
+    rows, lights = palette.materials, [light.name for light in palette.lights]
+    rows[0].cells[0].exact = True  # and the second material has its color under the other light
+    selected(palette, 1, 0).target = (0.1, 0.9, 0.1)
+    rows[0].cells[1].use_box = False
+    blender.ops.spectral.palette_possible()
+    first, *others = palette.possible.words.splitlines()
+    assert first.startswith("Not possible")
+    named = [line for line in others if line.startswith("Conflict")]
+    assert any(f"under {lights[1]}" in line for line in named), named
+    own = [line for line in named if f"of {rows[0].name} under" in line]
+    assert own == [line for line in named if f"under {lights[0]}" in line], named
+
+
 def test_undo_brings_the_reasons_back_and_asks_again(blender, monkeypatch) -> None:
     """In a window a step is stored before the conflicts are searched, and before the question is answered."""
     asked = []

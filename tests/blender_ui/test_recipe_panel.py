@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -62,6 +63,7 @@ def test_paints_for_a_named_surface_and_for_a_material_of_the_palette(blender, r
     assert sum(grams) == pytest.approx(50, abs=0.1)
     assert "under D65: ΔE2000" in recipe.text
     assert "metamerism index" in recipe.text
+    assert json.loads(recipe.spectrum)["nm"] == reflectance("foliage").grid.wavelengths_nm.tolist()  # not 400 to 700
     recipe.wanted = "PALETTE"
     blender.ops.spectral.palette_preset(preset="HIDDEN_MARK")
     blender.ops.spectral.recipe_find()

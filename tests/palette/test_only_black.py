@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from benchmarks.palette.cases.hard import hard_problem
 from benchmarks.palette.checks.optimality import side_gains
-from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, PaletteSession, solve_palette
 from spectral_core.palette.presets import design_grid
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
@@ -115,3 +116,21 @@ def test_a_material_that_no_cell_wants_colored_may_be_black() -> None:
     solution = solve_palette(problem, explain=False)
     assert solution.status == "solved"
     assert any("is black, which meets all its requests" in note for note in solution.notes)
+
+
+def test_an_edit_shows_the_compromise_of_a_new_solve() -> None:
+    """Where the engine called such cells a conflict by itself, they missed their request by ΔE 5 more."""
+    lights = [PaletteLight(normalized(illuminant(name), luminance=2)) for name in ("FL5", "LPS", "FL3.9")]
+    rows = (
+        (Cell.fixed((0.3, 0.2, 0.1)), Cell.ignore(), Cell.fixed((0.1, 0.2, 0.3))),
+        (Cell.fixed((0.2, 0.2, 0.1)), Cell.same_as((0, 1)), Cell.fixed((0.2, 0.2, 0.3))),
+    )
+    items = (PaletteReflectance("a"), PaletteReflectance("b"))
+    session = PaletteSession(PaletteProblem(SpectralGrid.uniform(400, 700, 10), tuple(lights), items, rows))
+    session.edit((0, 1), Cell.constant((0, 0), exact=True))
+    session.edit((1, 1), Cell.constant((1, 0)))
+    for blue in np.linspace(0.0, 0.5, 12):
+        session.edit((0, 2), Cell.fixed((0.4, 0.5 - blue, blue)))
+        shown, anew = session.solution(), solve_palette(session.problem, explain=False)
+        assert shown.status == anew.status == "exact_conflict"
+        np.testing.assert_allclose(shown.delta_e_2000, anew.delta_e_2000, atol=0.02)

@@ -75,10 +75,10 @@ def test_the_cell_with_the_largest_relief_is_listed_first() -> None:
 
 def test_designed_lights_and_cells_with_references() -> None:
     row = (Cell.fixed(COLORS[0]), Cell.fixed(COLORS[1]), Cell.constant((0, 0), exact=True))
-    with pytest.raises(InvalidInputError, match="solve it"):
-        possible_colors(problem(*row), (0, 1))
-    found = possible_colors(problem(*row), (0, 1), actual=[[COLORS[0], COLORS[1], COLORS[2]]])
+    found = possible_colors(problem(*row), (0, 1))
     assert found.held == ((0, 2),)
+    shown = found.nearest(COLORS[1]).reflectance
+    np.testing.assert_allclose(MATRICES[2] @ shown, MATRICES[0] @ shown, atol=1e-5)  # whatever color both have
     other = [LIGHTS[0], LIGHTS[2], LIGHTS[2]]
     color = possible_colors(problem(*row[:2], Cell.ignore()), (0, 1), lights=other).nearest(COLORS[2])
     assert color.reachable
@@ -116,15 +116,13 @@ def test_black_and_ignored_cells_hold_black_and_nothing() -> None:
     row = (Cell.black(exact=True), Cell.fixed([0.2, 0.8, 0.1]), Cell.fixed(COLORS[2], weight=3.0))
     found = possible_colors(problem(*row), (0, 1))
     assert found.held == ((0, 0),) and found.open == ((0, 2),)
-    ((light, color),) = found.exact
-    assert light is LIGHTS[0] and not np.any(color)
     # a material without any light under D65 has none under sodium light
     assert np.abs(found.nearest([0.5, 0.3, 0.0]).color).max() < 1e-6
 
 
 @pytest.mark.parametrize("chained", [False, True])
 def test_a_cell_that_takes_its_color_from_the_asked_one_follows_it(chained) -> None:
-    """Two lamps of one color under which a reflectance has any brightness; the present color is no limit."""
+    """Two lamps of one color under which a reflectance has any brightness; no color is a limit."""
     blue = normalized(illuminant("D65"))
     twin = Illuminant("twin", blue.grid, blue.values * (1 + 0.3 * np.cos(blue.grid.wavelengths_nm / 9.0)))
     lights = tuple(PaletteLight(each) for each in (blue, twin, twin))
@@ -133,9 +131,8 @@ def test_a_cell_that_takes_its_color_from_the_asked_one_follows_it(chained) -> N
     asked = PaletteProblem(GRID, lights, (PaletteReflectance("leaf"),), (row,))
     solved = solve_palette(asked.with_cell((0, 0), Cell.fixed((0.2, 0.1, 0.1))))
     wanted = solved.actual_linear_rgb[0, 0]
-    present = 0.5 * solved.actual_linear_rgb
-    found = possible_colors(asked, (0, 0), actual=present)
-    assert found.held == (((0, 1), (0, 2)) if chained else ((0, 1),)) and found.exact == ()
+    found = possible_colors(asked, (0, 0))
+    assert found.held == (((0, 1), (0, 2)) if chained else ((0, 1),))
     nearest = found.nearest(wanted)
     assert nearest.reachable
     for light in (twin, blue):

@@ -37,13 +37,16 @@ _pictures: dict[int, NDArray[np.float32]] = {}
 
 @dataclass(frozen=True)
 class Question:
-    """The question, read from the properties, so that a thread can answer. ``lights``: names of the columns."""
+    """The question, read from the properties, so that a thread can answer. ``spectra``: of the lights as solved;
+    ``materials``, ``lights``: names of the rows and columns.
+    """
 
     problem: PaletteProblem
     place: tuple[int, int]
-    state: tuple[list[Illuminant] | None, NDArray[np.float64] | None]
+    spectra: list[Illuminant] | None
     wanted: NDArray[np.float64]
     uids: tuple[int, int]
+    materials: tuple[str, ...]
     lights: tuple[str, ...]
 
 
@@ -63,8 +66,8 @@ def question_of(palette: PropertyGroup) -> Question:
     cell = palette.materials[row].cells[column]
     wanted = _wanted(cell)
     uids = palette.materials[row].uid, palette.lights[column].uid
-    names = tuple(light.name for light in palette.lights)
-    return Question(palette_problem(palette), (row, column), solved_state(palette), wanted, uids, names)
+    names = (tuple(each.name for each in entries) for entries in (palette.materials, palette.lights))
+    return Question(palette_problem(palette), (row, column), solved_lights(palette), wanted, uids, *names)
 
 
 def _wanted(cell: PropertyGroup) -> NDArray[np.float64]:
@@ -78,10 +81,9 @@ def _wanted(cell: PropertyGroup) -> NDArray[np.float64]:
 
 def answered(question: Question) -> Answer:
     """The answer; reads nothing from Blender. Raises InvalidInputError if there is none."""
-    lights, actual = question.state
-    colors = possible_colors(question.problem, question.place, lights=lights, actual=actual)
+    colors = possible_colors(question.problem, question.place, lights=question.spectra)
     found = colors.nearest(question.wanted)
-    words = "\n".join(_words(question.lights, colors, found, question.wanted))
+    words = "\n".join(_words(question, colors, found))
     return Answer(question, found, words, _picture(colors, question.wanted, found))
 
 
@@ -144,18 +146,17 @@ def _show(scene: Scene, answer: Answer | None) -> None:
     redraw("VIEW_3D", "PROPERTIES")
 
 
-def solved_state(palette: PropertyGroup) -> tuple[list[Illuminant] | None, NDArray[np.float64] | None]:
-    """Lights and colors of the last solution; None if there is none."""
+def solved_lights(palette: PropertyGroup) -> list[Illuminant] | None:
+    """Lights of the last solution; None if there is none."""
     if not palette.status or not all(cell.has_result for material in palette.materials for cell in material.cells):
-        return None, None
+        return None
     lights = []
     for light in palette.lights:
         found = spectrum_of(light, "result")
         if not isinstance(found, Illuminant):
-            return None, None
+            return None
         lights.append(found)
-    actual = [[tuple(cell.actual_linear) for cell in material.cells] for material in palette.materials]
-    return lights, np.array(actual, dtype=np.float64)
+    return lights
 
 
 def is_possible(found: NearestColor) -> bool:
@@ -163,18 +164,19 @@ def is_possible(found: NearestColor) -> bool:
     return found.reachable or found.delta_e_2000 < NOTHING
 
 
-def _words(
-    lights: tuple[str, ...], colors: PossibleColors, found: NearestColor, wanted: NDArray[np.float64]
-) -> list[str]:
+def _words(question: Question, colors: PossibleColors, found: NearestColor) -> list[str]:
     """Text of the answer."""
+    lights, wanted = question.lights, question.wanted
     if is_possible(found):
         lines = ["Possible."]
     else:
         lines = [f"Not possible; the color that is nearest in CIELAB is ΔE2000 {found.delta_e_2000:.1f} away."]
-        for cell, _ in colors.in_the_way(found)[:2]:
-            left = colors.without(cell, wanted)
-            name = lights[cell[1]]
-            lines.append(f"Conflict: the exact color under {name}. {_without(left, found.delta_e_2000)}")
+        for (row, column), _ in colors.in_the_way(found)[:2]:
+            left = colors.without((row, column), wanted)
+            of_other = "" if row == question.place[0] else f" of {question.materials[row]}"
+            lines.append(
+                f"Conflict: the exact color{of_other} under {lights[column]}. {_without(left, found.delta_e_2000)}"
+            )
         if colors.alone(wanted) > VISIBLE:
             lines.append("No reflectance has it, even without the other cells. More light or another lamp helps.")
     if colors.open:

@@ -88,7 +88,9 @@ def _decision(problem: Quadratic, answer: Answer, before: Decision | None) -> De
     if answer.infeasible and answer.check.passed and least_miss(problem, answer) > HELD:
         return found
     again = None if before is None or not before.is_new else _again(problem, answer, before)
-    return Decision(problem, again or _decided(problem, answer), is_new=True)
+    if again is not None and before is not None:
+        return Decision(problem, again, is_new=True, is_black=before.is_black)
+    return Decision(problem, *_decided(problem, answer))
 
 
 def _holds_in_black_alone(problem: Quadratic, answer: Answer, before: Decision | None) -> bool | None:
@@ -110,7 +112,7 @@ def _again(problem: Quadratic, answer: Answer, before: Decision) -> Answer | Non
     if not _same_rows(problem, old):
         return None
     if before.answer.infeasible:
-        return answer if answer.infeasible else None
+        return ((before.is_black and _beside_black(problem, answer)) or answer) if answer.infeasible else None
     x = problem.joined(before.answer.colors, before.answer.values)
     found = answer_at(problem, x, list(before.answer.forces), NAME)
     return found if found.check.passed else None
@@ -173,19 +175,24 @@ def _without_traces(problem: Quadratic) -> Quadratic:
     return replace(problem, blocks=tuple(blocks))
 
 
-def _decided(problem: Quadratic, answer: Answer) -> Answer:
+def _decided(problem: Quadratic, answer: Answer) -> tuple[Answer, bool, bool | None]:
+    """The answer that linear programs decide, True, and True if exact cells hold in black alone."""
     in_dark = _in_the_dark(problem)
     if in_dark is not None:
-        return in_dark
+        return in_dark, True, None
     point, miss = nearest_point(problem)
     if miss > HELD:
-        return answer if answer.infeasible else _compromise(problem, answer)
+        return answer if answer.infeasible else _compromise(problem, answer), True, None
     if forced_black(problem):
-        if answer.infeasible:
-            return answer
+        # The same compromise, whether the engine has found the black optimum or not.
         colored = _beside_black(problem, answer)
-        if colored is not None:
-            return colored
+        if colored is not None or answer.infeasible:
+            return colored or answer, True, True
+    return _on_rows_of(problem, answer, point), True, None
+
+
+def _on_rows_of(problem: Quadratic, answer: Answer, point: Array) -> Answer:
+    """The optimum whose exact rows are those of a point that meets them; the answer where it is better."""
     found = _on_the_rows(problem, point)
     if not found.check.passed:
         # Beside exact cells in black, all that is left to a row are rounding errors of it and of the program.

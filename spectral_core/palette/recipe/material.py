@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -25,7 +25,7 @@ from spectral_core.palette.recipe.library import DOSAGE_ERROR
 from spectral_core.palette.texture.reach import stimulus_matrix
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import OBSERVER_NAMES, observer
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum, common_grid
 
 Array = NDArray[np.float64]
 Kind = Literal["paints", "inks", "filters"]
@@ -181,14 +181,14 @@ def material_recipe(
     Parameters
     ----------
     colorants : the available colorants.
-    target : the wanted reflectance, on any grid, for example one that a palette designed.
+    target : the wanted reflectance, on any grid, such as a designed one; compared where the colorants are known, too.
     lights : illuminants under which the colors shall agree.
     most_colorants : colorants in the recipe, at least 1.
     seed : start of the random numbers of the dosage errors.
 
     Raises
     ------
-    InvalidInputError : no light is given, or a number is out of range.
+    InvalidInputError : no light, a number out of range, or no wavelength that the target and the colorants have.
     """
     started = time.perf_counter()
     lights = sequence_of("lights", lights)
@@ -201,6 +201,7 @@ def material_recipe(
     seed = require_whole("seed", seed, 0, 1 << 62)
     count = len(colorants.names)
     most = min(count, require_whole("most_colorants", most_colorants, 1, MOST_COLORANTS))
+    colorants = _on_common_knots(colorants, target)
     matrix = stimulus_matrix(lights, colorants.grid)
     wanted = _lab(matrix, target.at(colorants.grid.wavelengths_nm))
     amounts = _best_of_sets(colorants, matrix, wanted, most)
@@ -213,6 +214,17 @@ def material_recipe(
         tuple(light.name for light in lights), errors, by_observer, float(by_observer.max() - by_observer[0].max()),
         _dosage(colorants, matrix, amounts, seed), time.perf_counter() - started,
     )  # fmt: skip
+
+
+def _on_common_knots(colorants: Colorants, target: Reflectance) -> Colorants:
+    """The colorants on their knots and those of the target, between which its color would be another one."""
+    first = Reflectance(colorants.names[0], colorants.grid, colorants.spectra[0])
+    grid, _ = common_grid([target, first], "the recipe")
+    if grid.same_as(colorants.grid):
+        return colorants
+    knots, own = grid.wavelengths_nm, colorants.grid.wavelengths_nm
+    spectra = np.stack([np.interp(knots, own, each) for each in colorants.spectra])
+    return replace(colorants, grid=grid, spectra=spectra, paper=np.interp(knots, own, np.asarray(colorants.paper)))
 
 
 def _lab(matrix: Array, reflectance: Array) -> Array:

@@ -15,7 +15,8 @@ from spectral_core.palette.recipe.material import Colorants, material_recipe
 from spectral_core.palette.recipe.missed import missed_requests
 from spectral_core.palette.recipe.white import LAMP_GRID, uv_from_xyz, white_xyz, xyz_from_spd
 from spectral_core.palette.texture.lights import led
-from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.catalogue import color_matching_functions, illuminant, reflectance
+from spectral_core.spectra.color import WHITE_XYZ, delta_e_2000, lab_from_linear_rgb, linear_rgb_from_xyz
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
@@ -264,3 +265,25 @@ def test_inks_that_would_reflect_more_light_than_they_get_are_refused() -> None:
     for kind in ("inks", "filters"):
         with pytest.raises(InvalidInputError, match=r"the paper spans 0\.6 to 1\.4; expected 0 to 1"):
             Colorants(kind, ("a",), GRID, bright[:1], paper=np.linspace(0.6, 1.4, NM.size))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("knots", [[380, 584, 586, 589, 592, 594, 780], [400, 450, 555, 650, 700]])
+def test_the_stated_error_is_that_of_the_target_between_the_knots_of_the_colorants(knots) -> None:
+    """Against integrals in steps of 0.1 nm. The target was read at the knots of the colorants only."""
+    rng = np.random.default_rng(2)
+    target = Reflectance("narrow", SpectralGrid(np.array(knots, float)), rng.uniform(0.1, 0.9, len(knots)))
+    chips = [reflectance(name) for name in ("blue", "green", "red", "yellow", "magenta", "white 9.5 (.05 D)")]
+    grid = SpectralGrid.uniform(380, 780, 20)
+    paints = Colorants(
+        "paints", tuple(c.name for c in chips), grid, np.stack([c.at(grid.wavelengths_nm) for c in chips])
+    )
+    lights = [illuminant(name) for name in ("D65", "HP1")]
+    recipe = material_recipe(paints, target, lights)
+    fine = np.arange(knots[0], knots[-1] + 0.05, 0.1)
+    places, table = color_matching_functions("cie_1931_2deg")
+    cmfs = np.stack([np.interp(fine, places, row) for row in table])
+    for light, stated in zip(lights, recipe.delta_e, strict=True):
+        seen = cmfs * light.at(fine)
+        colors = [linear_rgb_from_xyz(seen @ each.at(fine) / seen.sum(axis=1) * WHITE_XYZ)
+                  for each in (target, recipe.reflectance)]  # fmt: skip
+        assert delta_e_2000(*map(lab_from_linear_rgb, colors)) == pytest.approx(stated, abs=0.02)
