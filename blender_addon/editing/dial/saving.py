@@ -21,6 +21,7 @@ from spectral_core.errors import RenderError
 from ..background import has_program
 from ..deferred import open_scene
 from . import live
+from .picture import cropped
 from .picture_files import Output, require_ending, write_picture, write_pixels
 from .view_process import ViewProcess
 
@@ -77,12 +78,17 @@ class Saving:
         if frame is not None:
             scene.frame_set(frame)
         image = live.show(scene)
+        pixels = cropped(scene, image)
         if self._process is None:
-            write_picture(scene, image, path)
+            if pixels is None:
+                write_picture(scene, image, path)
+            else:
+                write_pixels(scene, pixels, path)
             self.saved += 1
         else:
-            pixels = np.empty((image.size[1], image.size[0], 4), np.float32)
-            image.pixels.foreach_get(pixels.reshape(-1))
+            if pixels is None:
+                pixels = np.empty((image.size[1], image.size[0], 4), np.float32)
+                image.pixels.foreach_get(pixels.reshape(-1))
             self._unwritten.append(_Unwritten(path, pixels, self._process.save(pixels, path)))
         return not self._targets
 
