@@ -81,7 +81,12 @@ class Parts:
 
 def parts_of(scene: Scene) -> dict[str, str]:
     """Name to hash of everything that the recording depends on, as the viewport has it now."""
-    return read_parts(scene, layer=recorded_layer(scene), names=recorded_names(scene)).hashes()
+    return present_parts(scene).hashes()
+
+
+def present_parts(scene: Scene) -> Parts:
+    """Everything that the recording depends on as it is now, in the view layer and with the names of the recording."""
+    return read_parts(scene, layer=recorded_layer(scene), names=recorded_names(scene))
 
 
 def read_parts(
