@@ -68,6 +68,17 @@ def test_numbers_of_another_meaning_are_refused(tmp_path: Path, text: str, kind:
         read_spectra(file, kind=kind)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(("name", "kind"), [("Radiance Pearl", "reflectance"), ("Photonics LED", "illuminant")])
+def test_names_that_begin_like_quantities_are_names(tmp_path: Path, name: str, kind: str) -> None:
+    """A heading of several words may be a product."""
+    file = tmp_path / "named.csv"
+    file.write_text(f"nm,{name}\n400,0.5\n500,0.6\n")
+
+    (found,) = read_spectra(file, kind=kind)  # type: ignore[arg-type]
+
+    assert found.name == name
+
+
 def test_decimal_commas_of_three_places_are_read(tmp_path: Path) -> None:
     """Numbers of one format are not ambiguous: separators of thousands stand beside whole numbers."""
     file = tmp_path / "comma.csv"

@@ -26,10 +26,11 @@ OTHER_UNITS = (
     "cm-1", "cm^-1", "cm⁻¹", "1/cm", "ev", "phz", "thz", "ghz", "hz", "pm", "mm", "cm",
 )  # fmt: skip
 """Beginnings and units of headings of other quantities, whose numbers may look like wavelengths in nm."""
-NO_REFLECTANCES = ("absorbance", "optical density", "log(1/", "k/s", "irradiance", "radiance", "photon", "ppfd")
-NO_LIGHTS = ("absorbance", "optical density", "reflectance", "transmittance", "photon", "ppfd")
-"""Beginnings of headings of values that are no reflectances, and no power of a light."""
-PHOTONS = ("µmol", "μmol", "umol", "quanta")
+NEITHER = ("absorbance", "optical density", "log(1/", "k/s", "photon flux", "photons", "ppfd")
+"""Beginnings of headings of values that are no reflectances and no power of a light."""
+OF_OTHERS = {"reflectance": ("irradiance", "radiance"), "illuminant": ("reflectance", "transmittance")}
+"""Headings of values that are not of a kind; longer ones may be names, such as Radiance Pearl."""
+PHOTONS = ("µmol", "μmol", "umol")
 """Units of numbers of photons, which are no power: a photon of blue light has more energy than one of red light."""
 _PERCENT = re.compile(r"(?<![\d\s])\s*(?:%(?!\s*\d)|(?<![^\W_])percent(?![^\W_]))", re.IGNORECASE)
 """A statement of percent; ``50% gray`` is a name."""
@@ -90,8 +91,8 @@ def require_quantity(path: Path, line: int, column: Column, kind: SpectrumKind |
     if column.kind is not None or kind not in ("reflectance", "illuminant"):
         return
     heading = column.name.lower()
-    others = NO_REFLECTANCES if kind == "reflectance" else NO_LIGHTS
-    if heading.startswith(others) or any(unit in heading for unit in PHOTONS):
+    alone = re.split(r"[(\[/,_]", heading)[0].strip().removeprefix("spectral ")
+    if heading.startswith(NEITHER) or alone in OF_OTHERS[kind] or any(unit in heading for unit in PHOTONS):
         wanted = "the share of light that it reflects" if kind == "reflectance" else "its power per wavelength"
         raise FileFormatError(
             f"{path}, line {line}: {column.name!r} is no {kind}; expected {wanted}: convert the numbers and rename the "
