@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.mitsuba_scene import limits
+from spectral_core.render.mitsuba_scene import limits, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.numbers import table
 from spectral_core.render.plugins.paints import spectrum_rows
@@ -115,7 +115,7 @@ def emission(context: Context, paint: Paint, strength: float, subject: str) -> A
 def constant_emission(context: Context, paint: Color | Spectrum, strength: float) -> Any:
     """Constant texture of an emitted spectrum, in radiance or, for lights, in radiant intensity."""
     if context.spectral:
-        return sampled_spectrum(context, at_strength(emitted_spectrum(paint, context.white), strength))
+        return sampled_spectrum(context, radiometry.at_strength(emitted_spectrum(paint, context.white), strength))
     rgb = emitted_rgb(paint) * strength
     return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb), "unbounded": True})
 
@@ -148,11 +148,6 @@ def unit_luminance(light: Spectrum) -> Spectrum:
     if not np.any(light.values):
         return light
     return normalized(Illuminant(light.name, light.grid, light.values, source=light.source))
-
-
-def at_strength(light: Spectrum, strength: float) -> Spectrum:
-    """A light times a strength, below 0 for a lamp that removes light, of which no Illuminant is."""
-    return Spectrum(light.name, light.grid, light.values * strength, source=light.source)
 
 
 def sampled_spectrum(context: Context, spectrum: Spectrum) -> Any:

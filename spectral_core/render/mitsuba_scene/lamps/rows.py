@@ -58,7 +58,7 @@ def _source(context: Context, lights: LightList, light: Light, color: Color | Sp
 def emitted_by(context: Context, color: Color | Spectrum, strength: float) -> Any:
     """Emission of a source with a paint: a spectrum, or linear RGB (3,)."""
     if context.spectral:
-        return paint.at_strength(paint.emitted_spectrum(color, context.white), strength)
+        return radiometry.at_strength(paint.emitted_spectrum(color, context.white), strength)
     return paint.emitted_rgb(color) * strength
 
 
@@ -66,7 +66,7 @@ def weight_of(color: Color | Spectrum, strength: float) -> Any:
     """The same for the choice of lights alone, which needs no spectrum of a color."""
     if isinstance(color, Color):
         return color.linear_rgb * strength
-    return paint.at_strength(paint.unit_luminance(color), strength)
+    return radiometry.at_strength(paint.unit_luminance(color), strength)
 
 
 def _switched(context: Context, lights: LightList, source: int, group: str) -> None:
