@@ -269,13 +269,17 @@ def test_a_stream_that_is_closed_from_the_start_is_no_fault(closed: str, tmp_pat
 
 @POSIX
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_an_output_without_space_gives_one_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("command", [["lattice", "--dims", "2", "--points", "8"], ["mix", "cyan:1"]])
+def test_an_output_without_space_gives_one_line(tmp_path: Path, command: list[str], unbuffered: str) -> None:
+    environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
     with Path("/dev/full").open("w") as full:
-        line = [*CLI, "lattice", "--dims", "2", "--points", "8"]
-        done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+        done = subprocess.run(
+            [*CLI, *command], stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path, env=environment
+        )
 
     assert done.returncode == 1
-    assert done.stderr.count("\n") == 1 and "No space left" in done.stderr
+    assert done.stderr == "spectral-scene: the output cannot be written: No space left on device\n"
 
 
 def test_json_has_no_nan(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ from numpy.typing import NDArray
 from benchmarks import Options
 from benchmarks.relight.cases.scenes import scenes, under_lights
 from benchmarks.relight.relight_speed import filled
+from spectral_core.palette.files import read_palette
+from spectral_core.palette.presets import design_grid
+from spectral_core.palette.solve import solve_palette
 from spectral_core.render import render_scene
 from spectral_core.render.relight.band_storage import BAND_COUNTS, BAND_ERRORS, BandStorage
 from spectral_core.render.relight.mix import LiveMix, relight
@@ -28,6 +32,8 @@ from spectral_core.spectra.observer import STANDARD, normalized, observer
 from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PALETTES = ("metamer_pair", "hidden_mark", "split_light", "color_constancy", "most_distinct")
 SMOOTH = ("A", "D50", "D65", "E", "LED-B1", "LED-B3", "LED-B5", "LED-V1")
 LINES = ("FL2", "FL4", "FL8", "FL11", "FL12", "FL3.12", "HP1", "HP2", "HP4", "HP5")
 LASERS = {"laser 532": (532,), "laser 589": (589,), "lasers 450, 532, 638": (450, 532, 638)}
@@ -70,22 +76,24 @@ def laser(*lines_nm: int, name: str = "laser") -> Illuminant:
 
 
 def _surfaces(count: int) -> dict[str, Array]:
-    """Reflectances (n, 471) at 1 nm of paths: a color chart once and twice, designed spiky ones once and twice."""
+    """Reflectances (n, 471) at 1 nm of paths: a color chart, spiky designs, and those of the palettes in ``examples``,
+    each once and twice.
+    """
     rng = np.random.default_rng(7)
     chart = np.stack([catalogue.reflectance(name).at(WAVELENGTHS_NM) for name in catalogue.reflectance_names()])
-    # Designs on a 10 nm grid tend to the bounds (bang-bang): knots at 0 or 1, and some in between.
-    knots = rng.choice([0.0, 1.0, -1.0], size=(count, 31), p=[0.4, 0.4, 0.2])
-    knots = np.where(knots < 0, rng.random((count, 31)), knots)
-    grid = np.linspace(400.0, 700.0, 31)
-    spiky = np.stack([np.interp(WAVELENGTHS_NM, grid, row) for row in knots])
-    pairs = rng.integers(0, len(chart), (count, 2))
-    other = rng.permutation(count)
-    return {
-        "chart": chart,
-        "chart, two bounces": chart[pairs[:, 0]] * chart[pairs[:, 1]],
-        "designed": spiky,
-        "designed, two bounces": spiky * spiky[other],
-    }
+    # Designs on a 10 nm grid tend to the bounds (bang-bang): knots at 0 or 1, and some in between. They end at 380 and
+    # 780 nm, as palettes do.
+    grid = design_grid()
+    knots = rng.choice([0.0, 1.0, -1.0], size=(count, grid.size), p=[0.4, 0.4, 0.2])
+    knots = np.where(knots < 0, rng.random((count, grid.size)), knots)
+    spiky = knots @ grid.values_from_knots(WAVELENGTHS_NM).T
+    solved = [solve_palette(read_palette(EXAMPLES / f"{name}.toml")).reflectances for name in PALETTES]
+    palettes = np.stack([surface.at(WAVELENGTHS_NM) for surfaces in solved for surface in surfaces])
+    found = {}
+    for kind, once in {"chart": chart, "designed": spiky, "palettes": palettes}.items():
+        pairs = rng.integers(0, len(once), (count, 2))
+        found |= {kind: once, f"{kind}, two bounces": once[pairs[:, 0]] * once[pairs[:, 1]]}
+    return found
 
 
 def _errors(count: int, lamp: Spectrum, surfaces: dict[str, Array]) -> dict[str, Array]:

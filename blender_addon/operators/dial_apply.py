@@ -13,6 +13,7 @@ from bpy.types import ID, Context, PropertyGroup
 from spectral_core.errors import InvalidInputError
 
 from ..editing.dial import changes, kept_mix, live
+from ..editing.dial.differences import world_varies
 from ..editing.dial.dimming import apply_weights, block_of, dark_lamps_lit, require_power, require_writable
 from ..editing.dial.names import name_of
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
@@ -47,7 +48,10 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
             _require_lamps(dial)
         require_writable(dial.bulbs, weights)
         with dark_lamps_lit(dial.bulbs):
-            before = changes.parts_of(context.scene)
+            parts = changes.present_parts(context.scene)
+            if not self.restore and world_varies(parts.values):
+                _require_no_lamp_of_world(dial)
+        before = parts.hashes()
         for bulb, weight in zip(dial.bulbs, weights.tolist(), strict=True):
             bulb.is_dark, bulb.lit = weight == 0, weight or bulb.lit
         count = apply_weights(dial.bulbs, [0.0 if bulb.is_dark else bulb.lit for bulb in dial.bulbs])
@@ -75,6 +79,17 @@ def _require_lamps(dial: PropertyGroup) -> None:
                 )
             if bulb.lamp and kept.owner is not None:
                 require_editable(_carrier(kept))
+
+
+def _require_no_lamp_of_world(dial: PropertyGroup) -> None:
+    """Check that no lamp is chosen for a world of several colors: it would replace its image, pattern or sky."""
+    for bulb in dial.bulbs:
+        for kept in bulb.members:
+            if bulb.lamp and isinstance(kept.owner, bpy.types.World):
+                raise InvalidInputError(
+                    f"{kept.owner.name!r} shines in several colors, such as an image or a sky, which the lamp "
+                    f"{bulb.lamp!r} would replace; empty the lamp of the bulb {name_of(bulb)!r} before Apply"
+                )
 
 
 def _carrier(kept: PropertyGroup) -> ID:

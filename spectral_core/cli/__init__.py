@@ -124,6 +124,8 @@ def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
     except BrokenPipeError:
         raise
     except OSError as error:
+        if error.filename is None and not terminal.takes_output():
+            raise  # `main` names the output
         named = f"{error.filename}: " if error.filename is not None else ""
         return _failed(parsed, error, f"{named}{error.strerror or error}")
     except KeyboardInterrupt:

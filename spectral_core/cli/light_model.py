@@ -10,6 +10,7 @@ catalogue, FILE or FILE@NAME.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -57,6 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     named = [illuminant_named(name) for name in arguments.light or ("D65", "A", "FL11")]
     lights = [observer.normalized(light) for light in told_apart(named)]
+    for light in lights:
+        _require_white(light)
     names = arguments.surface or catalogue.reflectance_names()
     surfaces = told_apart([reflectance_named(name) for name in names])
     grid = SpectralGrid.uniform(380, 780, 5)
@@ -83,6 +86,18 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _require_white(light: Illuminant) -> None:
+    """Raise InvalidInputError for a light whose white has no color difference, such as a red laser."""
+    from spectral_core.spectra.observer import xyz_of
+
+    white = xyz_of(light)
+    if min(white) <= 0:
+        raise InvalidInputError(
+            f"light {light.name!r} has the white XYZ {white.round(6).tolist()}, in which no color difference is "
+            "defined; expected power in the whole visible range"
+        )
+
+
 def _models(lights: Sequence[Illuminant], surfaces: Sequence[Reflectance], grid: SpectralGrid) -> dict[str, LightModel]:
     """The models by name; those on a basis learn it from these lights and surfaces, where they suffice."""
     from spectral_core.light_models import (
@@ -101,7 +116,8 @@ def _models(lights: Sequence[Illuminant], surfaces: Sequence[Reflectance], grid:
     for size in (size for size in SIZES if size <= min(spectra.shape)):
         basis = principal_components(spectra, size)
         models[f"{size} components"] = BasisModel(grid, basis)
-        models[f"{size} factors"] = FactorModel(grid, basis)
+        with contextlib.suppress(InvalidInputError):  # lights that leave parts of the spectrum dark have no factors
+            models[f"{size} factors"] = FactorModel(grid, basis)
     models |= {f"{size} nodes": NodeModel.natural(size, grid) for size in NATURAL_NODES_NM}
     models["nodes of the surfaces"] = NodeModel.scene(surfaces, grid)
     return models

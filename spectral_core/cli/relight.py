@@ -114,6 +114,8 @@ def _pairs(option: str, text: str, groups: Sequence[str]) -> dict[str, str]:
             elif piece:
                 raise InvalidInputError(f"{option} {piece!r} is not of the form GROUP=VALUE, such as Key=0.3")
         del pieces[:count]
+    if text and not entries:
+        raise InvalidInputError(f"{option} {text!r} names no light group; expected GROUP=VALUE, such as Key=0.3")
     names = [group for group, _ in entries]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:

@@ -174,6 +174,23 @@ def test_marks_in_the_name_are_the_number_of_the_frame(stage, dial, tmp_path, na
     assert sorted(each.name for each in (tmp_path / "new").iterdir()) == files
 
 
+@pytest.mark.parametrize("moves", [False, True])
+def test_a_saved_animation_of_a_scene_that_moves_says_that_it_does_not(stage, dial, tmp_path, capfd, moves):
+    """All frames show the recorded one; a video of a still scene was the first sign."""
+    stage.frame_start, stage.frame_end = 1, 3
+    key = bpy.data.objects["Key"]
+    for frame, x in ((1, -2.0), (3, 2.0 if moves else -2.0)):
+        key.location.x = x
+        key.keyframe_insert("location", frame=frame)
+    stage.frame_set(1)
+    bpy.ops.spectral.dial_record()
+    capfd.readouterr()
+    assert bpy.ops.spectral.dial_save(filepath=str(tmp_path / "walk_.png"), animation=True) == {"FINISHED"}
+    told = "all frames show the scene as it was recorded, but at frame 2 light 'Key' was changed"
+    assert (told in "".join(capfd.readouterr())) is moves
+    assert dial.changes == "" and stage.frame_current == 1
+
+
 @pytest.mark.parametrize("dark", [False, True])
 def test_lights_that_apply_made_dark_are_named_by_the_next_recording(stage, dial, capfd, dark):
     dial.selector = dial.bulbs["Key"].place if dark else (0.3, 0.1)

@@ -45,6 +45,22 @@ def test_a_sky_and_its_sun_are_one_bulb_that_can_be_applied(stage, picture, same
     assert np.abs(applied - before).max() > 0.05
 
 
+def test_a_lamp_for_a_sky_is_not_applied(stage):
+    """It replaced the sky by one color and removed its sun, while the picture showed the sky in the lamp's light."""
+    _sky(stage.world)
+    dial = stage.spectral.dial
+    dial.storage = "BANDS31"
+    bpy.ops.spectral.dial_record()
+    dial.bulbs["World"].lamp = "HP1"
+    energy = bpy.data.objects["Key"].data.energy
+    dial.selector = (0.3, 0.4)
+    with pytest.raises(RuntimeError, match="shines in several colors.*'HP1' would replace; empty the lamp of the bulb"):
+        bpy.ops.spectral.dial_apply()
+    assert stage.world.spectral.source == "NONE" and bpy.data.objects["Key"].data.energy == energy
+    dial.bulbs["World"].lamp = ""
+    assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
+
+
 def test_a_world_that_the_view_layer_shows_in_place_of_the_scenes_is_dimmed(stage, picture, same_paths):
     shown = stage.world.copy()
     _node(shown, "BACKGROUND").inputs["Color"].default_value = (1.0, 0.2, 0.1, 1.0)

@@ -154,6 +154,19 @@ def test_the_server_ignores_bad_packets_and_closes_at_once() -> None:
     assert time.monotonic() - start < 20  # the bundle is due after 25 s
 
 
+def test_a_large_bundle_is_read() -> None:
+    """A tablet sends all its faders at once when a page is opened; socketserver cuts packets off at 8 KiB."""
+    board = Board(lambda target: 0.0)
+    link = OscLink(board.receive, port=0)
+    faders = [osc_message(f"/mixer/of/the/stage/fader/{n}", "f", struct.pack(">f", 0.5)) for n in range(300)]
+    packet = bundle(1, *faders)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        sender.sendto(packet, ("127.0.0.1", link.port))
+        assert len(packet) > 8192
+        _wait(lambda: board.received == len(faders))
+    link.close()
+
+
 @pytest.mark.parametrize("port", [70000, -1])
 def test_invalid_ports_are_refused(port: int) -> None:
     with pytest.raises(InvalidInputError, match="expected 0 to 65535"):

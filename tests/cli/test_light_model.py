@@ -50,3 +50,19 @@ def test_unknown_models_and_files_are_reported(tmp_path: Path, capsys) -> None:
     write_spectra(tmp_path / "mine.csv", [catalogue.reflectance("red"), catalogue.reflectance("green")])
     assert main(["light-model", "--surface", str(tmp_path / "mine.csv")]) == 1
     assert "holds 2 spectra" in capsys.readouterr().err
+
+
+def test_a_light_without_blue_is_named(tmp_path: Path, capsys) -> None:
+    """The message was that intervals of a basis sharpen two vectors into one."""
+    (tmp_path / "lamp.csv").write_text("nm,red\n690,0\n700,1\n900,1\n")
+    assert main(["light-model", "--light", "D65", "--light", str(tmp_path / "lamp.csv")]) == 1
+    assert "light 'red' has the white XYZ" in capsys.readouterr().err
+
+
+def test_a_model_that_the_lights_do_not_determine_is_left_out(tmp_path: Path, capsys) -> None:
+    """One lamp that is dark in a third of the spectrum has no factors, and the other models are compared."""
+    (tmp_path / "lamp.csv").write_text("nm,lamp\n380,0\n550,0\n560,1\n570,1\n580,0\n780,0\n")
+    lamp, surface = str(tmp_path / "lamp.csv"), "cyan"
+    assert main(["light-model", "--light", lamp, "--surface", surface, "--json"]) == 0
+    models = printed(capsys)
+    assert "8 nodes" in models and "3 components" in models and "3 factors" not in models

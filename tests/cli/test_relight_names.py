@@ -24,7 +24,7 @@ GROUPS = ("Key", "Lamp, left", "Lamp", "a=b", "", "Lamp, left, far")
         ("Key=my, own.csv@x,Lamp=HP1", {"Key": "my, own.csv@x", "Lamp": "HP1"}),
         ("Kye=1,Key=2", {"Kye": "1", "Key": "2"}),
         ("", {}),
-        (" , ", {}),
+        ("Key=1, ,", {"Key": "1"}),
     ],
 )
 def test_names_and_files_may_contain_commas_and_equal_signs(text: str, expected: dict[str, str]) -> None:
@@ -34,6 +34,12 @@ def test_names_and_files_may_contain_commas_and_equal_signs(text: str, expected:
 @pytest.mark.parametrize("text", ["Key", "Key=", "Lamp, left", "0.3,Key=1"])
 def test_a_part_without_group_or_value_is_named(text: str) -> None:
     with pytest.raises(InvalidInputError, match="not of the form GROUP=VALUE"):
+        _pairs("--mix", text, GROUPS)
+
+
+@pytest.mark.parametrize("text", [",", " , "])
+def test_a_text_without_any_group_is_refused(text: str) -> None:
+    with pytest.raises(InvalidInputError, match="names no light group; expected GROUP=VALUE"):
         _pairs("--mix", text, GROUPS)
 
 

@@ -13,10 +13,11 @@ pytest.importorskip("mitsuba")
 
 from spectral_core.explore.sweep.compute import rendering
 from spectral_core.render import render_scene
+from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.mix import relight
-from spectral_core.render.relight.storage import MixtureStorage
+from spectral_core.render.relight.storage import MixtureStorage, Storage
 from spectral_core.render.relight.transport import record_transport
-from spectral_core.scene import Film, LightPaths, PointLight, RenderSettings, Scene, World, gray
+from spectral_core.scene import Color, Film, LightPaths, Note, PointLight, RenderSettings, Scene, World, gray
 from tests.render.scenes import lit_plane, looking_down, matrix
 
 
@@ -48,6 +49,21 @@ def test_a_recording_without_a_clamp_has_no_note(limits: tuple[float, float]) ->
     """Cycles' usual limit of 10 for indirect light removes fireflies only."""
     transport = record_transport(_clamped(*limits), MixtureStorage())
     assert not any("clamped" in note.message for note in transport.notes)
+
+
+@pytest.mark.parametrize(("transport", "is_noted"), [(None, True), ("rgb", True), ("spectral", False)])
+def test_a_spectral_recording_of_a_scene_that_renders_in_rgb_is_noted(transport: str | None, is_noted: bool) -> None:
+    """A blue table under an orange lamp is dark in RGB, and darker or brighter by a third in a spectral recording."""
+    settings = RenderSettings(transport=transport)  # type: ignore[arg-type]
+    orange = replace(_lamp("Key", 0.0, 60.0), color=Color((1.0, 0.5, 0.1)))
+    scene = lit_plane(orange, film=Film(4, 4, samples=16, seed=1), camera=looking_down(4, 0.1), settings=settings)
+    noted = ["a render of this scene red, green and blue" in note.message for note in _notes(scene, BandStorage(31))]
+    assert any(noted) == is_noted
+    assert not any("red, green and blue" in note.message for note in _notes(scene, MixtureStorage()))
+
+
+def _notes(scene: Scene, storage: Storage) -> tuple[Note, ...]:
+    return record_transport(scene, storage).notes
 
 
 def test_points_of_a_scene_with_a_shadow_catcher_are_rendered() -> None:

@@ -15,7 +15,8 @@ from spectral_core.render.relight.band_storage import BAND_ERRORS, BandStorage
 from spectral_core.render.relight.exact_storage import EXACT_GRID, ExactStorage
 from spectral_core.render.relight.storage import MixtureStorage, flat_light, relative_to_flat
 from spectral_core.render.relight.storages import STORAGES, storage_of_document
-from spectral_core.spectra.color import RGB_FROM_XYZ
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
@@ -48,19 +49,40 @@ def lamp() -> Illuminant:
 
 @pytest.mark.parametrize("count", [31, 61, 121])
 def test_bands_measure_means_under_hats(count: int) -> None:
+    """Beyond the outermost centers the mean follows the observer: flat out to 830 nm it was that of invisible light."""
     bands = BandStorage(count).measured()
     step = 300 / (count - 1)
     fractions = np.interp(np.arange(360.0, 831.0), np.linspace(400, 700, count), np.arange(count))
     at_nm = np.maximum(0.0, 1 - np.abs(fractions - np.arange(count)[:, None]))
+    viewer = observer(STANDARD)
+    seen = np.array([np.interp(np.arange(360.0, 831.0), viewer.wavelengths_nm, row) for row in viewer.cmfs]).sum(axis=0)
+    at_nm[0, :40] *= seen[:40] / seen[40]
+    at_nm[-1, 341:] *= seen[341:] / seen[340]
     # linear between whole nm: a hat whose ends lie between two has the width of that polygon
     widths = at_nm.sum(axis=1) - (at_nm[:, 0] + at_nm[:, -1]) / 2
     if count < 121:
-        np.testing.assert_allclose(widths, [40 + step / 2, *[step] * (count - 2), 130 + step / 2], rtol=1e-12)
+        np.testing.assert_allclose(widths[1:-1], step, rtol=1e-12)
     np.testing.assert_allclose(bands.responses, at_nm / widths[:, None], atol=1e-12)
     assert bands.pieces is None
     assert bands.names[:2] == ("400.000000", f"{400 + step:.6f}") and len(bands.names) == count
     names = BandStorage(count).channel_names()
     assert names[0] == "S0.400,000000nm" and names[-1] == "S0.700,000000nm" and len(set(names)) == count
+
+
+@pytest.mark.parametrize("count", [31, 61, 121])
+@pytest.mark.parametrize("lamp_name", ["A", "D65"])
+def test_a_surface_that_is_bright_beyond_the_visible_has_the_stated_error(count: int, lamp_name: str) -> None:
+    """Black cloth and leaves reflect most light above 700 nm, which made their outermost band too bright by ΔE 1.2."""
+    light = illuminant(lamp_name)
+    spd = np.interp(FINE, light.grid.wavelengths_nm, light.values, left=0, right=0)
+    cmfs = sensitivity()
+    white = integral(spd * cmfs[1])
+    knots, values = [360.0, 660.0, 690.0, 720.0, 750.0, 830.0], [0.03, 0.03, 0.06, 0.3, 0.6, 0.7]
+    true = RGB_FROM_XYZ @ np.array([integral(spd * np.interp(FINE, knots, values) * row) for row in cmfs]) / white
+    storage = BandStorage(count)
+    channels = storage.measured().responses @ np.interp(np.arange(360.0, 831.0), knots, values)
+    relit = storage.rgb_from_channels(light.scaled(1 / white)) @ channels
+    assert delta_e_2000(lab_from_linear_rgb(relit), lab_from_linear_rgb(true)) < BAND_ERRORS[121][0]
 
 
 @pytest.mark.parametrize("count", [31, 121])

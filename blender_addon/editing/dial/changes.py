@@ -41,7 +41,7 @@ SHOWN = (
 )  # fmt: skip
 """Data-blocks that a picture depends on. The dial itself is stored on the scene, which is not among them."""
 
-_slow: set[int] = set()
+slow_scenes: set[int] = set()
 _shares: dict[int, Shares] = {}
 """Parts of scenes whose comparison has begun."""
 _stages: dict[int, Stage] = {}
@@ -81,7 +81,12 @@ class Parts:
 
 def parts_of(scene: Scene) -> dict[str, str]:
     """Name to hash of everything that the recording depends on, as the viewport has it now."""
-    return read_parts(scene, layer=recorded_layer(scene), names=recorded_names(scene)).hashes()
+    return present_parts(scene).hashes()
+
+
+def present_parts(scene: Scene) -> Parts:
+    """Everything that the recording depends on as it is now, in the view layer and with the names of the recording."""
+    return read_parts(scene, layer=recorded_layer(scene), names=recorded_names(scene))
 
 
 def read_parts(
@@ -214,7 +219,7 @@ def compare(scene: Scene, parts: Parts | None = None) -> str:
         dial.changes = str(error)
         return dial.changes
     if time.monotonic() - began > SLOW_SECONDS:
-        _slow.add(scene.session_uid)
+        slow_scenes.add(scene.session_uid)
     now |= {LAYER: HIDDEN} | {f"light {name!r}": HIDDEN for name in dark_lamps(scene)}
     shown = {f"light {before!r}": f"light {name!r}" for name, before in names.items()}
     dial.changes = told(*({shown.get(name, name): each[name] for name in each} for each in (recorded, now)))
@@ -265,7 +270,7 @@ def _after_update(scene: Scene, depsgraph: Depsgraph) -> None:
     has_new_settings = _has_new_settings(scene, depsgraph)
     if not has_new_settings and not any(isinstance(each.id, SHOWN) for each in depsgraph.updates):
         return
-    if scene.session_uid not in _slow:
+    if scene.session_uid not in slow_scenes:
         LIVE.request(scene)
     elif not dial.changes:
         dial.changes = EDITED_ELSEWHERE
@@ -274,7 +279,7 @@ def _after_update(scene: Scene, depsgraph: Depsgraph) -> None:
 @bpy.app.handlers.persistent
 def _forget(*_: object) -> None:
     """Another file has other scenes: free the parts of the last one's."""
-    for kept in (_slow, _shares, _stages, _hashes, _settings):
+    for kept in (slow_scenes, _shares, _stages, _hashes, _settings):
         kept.clear()
 
 

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from .rendered_parts import FILM, FORM, SETTINGS
 
 HIDDEN = "hidden"
@@ -31,3 +34,16 @@ def told(recorded: dict[str, str], now: dict[str, str]) -> str:
     found += [f"{name} was changed" for name in both if recorded[name] != now[name]]
     rest = f", and {len(found) - NAMED} more" if len(found) > NAMED else ""
     return f"{', '.join(found[:NAMED])}{rest}" if found else ""
+
+
+def world_varies(parts: Mapping[str, Any]) -> bool:
+    """True if the world of a scene's parts shines in several colors: an image, a pattern, a sky, or another color for
+    the camera.
+    """
+    from spectral_core.render.light_groups import has_several_colors, is_of_world
+    from spectral_core.scene import Color
+    from spectral_core.spectra.spectrum import Spectrum
+
+    world = parts["the world"]
+    has_sun = any(is_of_world(each) for each in parts.values())
+    return has_sun or has_several_colors(world) or not all(isinstance(p.color, Color | Spectrum) for p in world.parts)

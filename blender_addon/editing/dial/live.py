@@ -33,7 +33,7 @@ from .kept_mix import (
     stamp_of,
 )
 from .paths import follow_save, note_paths, transport_path
-from .picture import picture_for, picture_of, place
+from .picture import in_frame, picture_for, picture_of, place
 from .rendered_parts import look_matrix
 
 DELAY_SECONDS = 0.0
@@ -138,6 +138,7 @@ def _uncover_other(scene: Scene) -> None:
 
 
 def _store(scene: Scene, pixels: np.ndarray) -> Any:
+    pixels = in_frame(scene, pixels)
     height, width = pixels.shape[:2]
     image = picture_for(scene, width, height)
     image.pixels.foreach_set(pixels.reshape(-1))

@@ -8,9 +8,14 @@ image of its original; the name of the scene on the image tells them apart until
 from __future__ import annotations
 
 import bpy
+import numpy as np
 from bpy.types import Camera, Context, Image, Object, RegionView3D, Scene, SpaceView3D
+from numpy.typing import NDArray
+
+from spectral_core.errors import InvalidInputError
 
 from ... import compat
+from ...translate.camera import border_in_pixels, frame_in_pixels
 
 PICTURE = "Light Dial"
 OWNER = "spectral_dial_of"
@@ -70,6 +75,41 @@ def _owners(image: Image) -> list[Scene]:
     return [each for each in bpy.data.scenes if each.spectral.dial.picture == image]
 
 
+def in_frame(scene: Scene, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Pixels (height, width, 4) of a render border at their place in the whole frame, transparent around them.
+
+    The camera view shows the image over the whole frame. Pixels of any other size than the border are returned as they
+    are: the border has changed since the recording.
+    """
+    width, height = frame_in_pixels(scene.render)
+    border = _border(scene, width, height)
+    if border is None or (border[3], border[2]) != pixels.shape[:2] or pixels.shape[:2] == (height, width):
+        return pixels
+    left, bottom, across, up = border
+    whole = np.zeros((height, width, 4), np.float32)
+    whole[bottom : bottom + up, left : left + across] = pixels
+    return whole
+
+
+def cropped(scene: Scene, image: Image) -> NDArray[np.float32] | None:
+    """Pixels of the border in an image of the whole frame, if renders are cropped to it; None if they are the image."""
+    width, height = image.size
+    border = _border(scene, width, height) if (width, height) == frame_in_pixels(scene.render) else None
+    if border is None or not scene.render.use_crop_to_border:
+        return None
+    left, bottom, across, up = border
+    whole = np.empty((height, width, 4), np.float32)
+    image.pixels.foreach_get(whole.reshape(-1))
+    return np.ascontiguousarray(whole[bottom : bottom + up, left : left + across])
+
+
+def _border(scene: Scene, width: int, height: int) -> tuple[int, int, int, int] | None:
+    try:
+        return border_in_pixels(scene.render, width, height)
+    except InvalidInputError:  # an empty border
+        return None
+
+
 def place(scene: Scene, image: Image, *, over_camera: bool) -> None:
     """Show ``image`` over the camera view, as a background image of the camera, or remove it from every camera.
 
@@ -87,7 +127,7 @@ def place(scene: Scene, image: Image, *, over_camera: bool) -> None:
     if all(each.image != image for each in camera.background_images):
         shown = camera.background_images.new()
         shown.image = image
-        shown.alpha, shown.display_depth, shown.frame_method = 1.0, "FRONT", "FIT"
+        shown.alpha, shown.display_depth, shown.frame_method = 1.0, "FRONT", "STRETCH"
         camera.show_background_images = True
     image.use_view_as_render = True  # shown through the scene's view transform, as a render is
 

@@ -20,7 +20,8 @@ from spectral_core.errors import RenderError
 
 from ..background import has_program
 from ..deferred import open_scene
-from . import live
+from . import changes, live
+from .picture import cropped
 from .picture_files import Output, require_ending, write_picture, write_pixels
 from .view_process import ViewProcess
 
@@ -58,6 +59,9 @@ class Saving:
         self._targets += [(frame, _of_frame(path, frame)) for frame in frames]
         self.total, self.saved = len(self._targets), 0
         self._moves = bool(frames)
+        self._compared = {frames[0], frames[len(frames) // 2], frames[-1]} if frames else set()
+        self.moved = ""
+        """What of the scene has moved since the recording in one of the frames; "" if nothing was found."""
         output = None if at_once or not has_program() else Output.of(scene)
         self._process = None if output is None else ViewProcess(scene, output)
         self._unwritten: deque[_Unwritten] = deque()
@@ -76,13 +80,21 @@ class Saving:
         frame, path = self._targets.popleft()
         if frame is not None:
             scene.frame_set(frame)
+            if frame in self._compared and not self.moved:
+                found = _differences(scene)
+                self.moved = f"at frame {frame} {found}" if found else ""
         image = live.show(scene)
+        pixels = cropped(scene, image)
         if self._process is None:
-            write_picture(scene, image, path)
+            if pixels is None:
+                write_picture(scene, image, path)
+            else:
+                write_pixels(scene, pixels, path)
             self.saved += 1
         else:
-            pixels = np.empty((image.size[1], image.size[0], 4), np.float32)
-            image.pixels.foreach_get(pixels.reshape(-1))
+            if pixels is None:
+                pixels = np.empty((image.size[1], image.size[0], 4), np.float32)
+                image.pixels.foreach_get(pixels.reshape(-1))
             self._unwritten.append(_Unwritten(path, pixels, self._process.save(pixels, path)))
         return not self._targets
 
@@ -116,6 +128,18 @@ class Saving:
         if not is_written:
             write_pixels(scene, picture.pixels, picture.path)
         self.saved += 1
+
+
+def _differences(scene: Scene) -> str:
+    """Differences of the present frame from the recorded scene, which the dial does not keep; "" for none, and for a
+    scene that takes long to compare.
+    """
+    dial = scene.spectral.dial
+    before = dial.changes
+    found = "" if scene.session_uid in changes.slow_scenes else changes.compare(scene)
+    if dial.changes != before:
+        dial.changes = before
+    return found
 
 
 def _of_frame(path: Path, frame: int) -> Path:

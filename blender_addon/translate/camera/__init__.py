@@ -121,8 +121,7 @@ def _focus_distance(lens: Any, matrix: np.ndarray) -> float:
 def translate_film(scene: Any, samples: int, seed: int) -> Film:
     """Film of a scene's output settings: percentage and border count, as Blender computes them."""
     render = scene.render
-    width = max(int(render.resolution_x * render.resolution_percentage / 100), 1)
-    height = max(int(render.resolution_y * render.resolution_percentage / 100), 1)
+    width, height = frame_in_pixels(render)
     return Film(
         width,
         height,
@@ -135,6 +134,12 @@ def translate_film(scene: Any, samples: int, seed: int) -> Film:
         **pixel_filter_of(scene),
         exposure=float(cycles_settings(scene, "film_exposure", 1.0)),
     )
+
+
+def frame_in_pixels(render: Any) -> tuple[int, int]:
+    """Width and height of the whole frame at its percentage, as Blender computes them."""
+    width = max(int(render.resolution_x * render.resolution_percentage / 100), 1)
+    return width, max(int(render.resolution_y * render.resolution_percentage / 100), 1)
 
 
 def pixel_filter_of(scene: Any) -> dict[str, Any]:

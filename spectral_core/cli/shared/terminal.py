@@ -72,6 +72,17 @@ def make_writable() -> None:
                 stream.reconfigure(errors=_NAME)
 
 
+def takes_output() -> bool:
+    """False if standard output refuses what is printed, as on a full disk. Call it after an error of unknown origin."""
+    try:
+        if getattr(sys.stdout, "write_through", False):  # PYTHONUNBUFFERED: nothing is left to be written
+            sys.stdout.write("\n")
+        sys.stdout.flush()
+    except OSError:
+        return False
+    return True
+
+
 def close_quietly() -> None:
     """Point standard output at nothing, so that the interpreter does not complain about its unwritten buffer."""
     with contextlib.suppress(OSError, ValueError):

@@ -57,8 +57,11 @@ class OscLink:
             def handle(self) -> None:
                 link._take(self.request[0])
 
+        class Server(socketserver.UDPServer):
+            max_packet_size = 1 << 16  # the largest of UDP: socketserver cuts off at 8 KiB
+
         try:
-            self._server = socketserver.UDPServer((host, port), Handler)
+            self._server = Server((host, port), Handler)
         except (OSError, UnicodeError) as error:
             raise SpectralError(f"cannot listen for OSC on {host}:{port} ({error}); choose another port") from error
         self._client: Any = None

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.mitsuba_scene import limits
+from spectral_core.render.mitsuba_scene import limits, radiometry
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.numbers import table
 from spectral_core.render.plugins.paints import spectrum_rows
@@ -115,7 +115,7 @@ def emission(context: Context, paint: Paint, strength: float, subject: str) -> A
 def constant_emission(context: Context, paint: Color | Spectrum, strength: float) -> Any:
     """Constant texture of an emitted spectrum, in radiance or, for lights, in radiant intensity."""
     if context.spectral:
-        return sampled_spectrum(context, emitted_spectrum(paint, context.white).scaled(strength))
+        return sampled_spectrum(context, radiometry.at_strength(emitted_spectrum(paint, context.white), strength))
     rgb = emitted_rgb(paint) * strength
     return context.load({"type": "srgb", "color": context.mitsuba.ScalarColor3f(rgb), "unbounded": True})
 

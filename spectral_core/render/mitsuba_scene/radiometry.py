@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from spectral_core.spectra.spectrum import Spectrum
+
 SHARPEST_SUN_RAD = 1e-5
 """Half angle of a sun's disk below which its light has one direction; 32-bit numbers hardly separate its directions."""
 WIDEST_SUN_RAD = float(np.radians(89.0))
@@ -41,3 +43,8 @@ def sun_half_angle(angle_rad: float) -> float:
 def radiance_of_sun(irradiance: float, half_angle_rad: float) -> float:
     """Radiance of a sun's disk; a surface that faces it receives the irradiance radiance · π · sin²(half angle)."""
     return irradiance / (np.pi * float(np.sin(half_angle_rad)) ** 2)
+
+
+def at_strength(light: Spectrum, strength: float) -> Spectrum:
+    """A light times a strength, below 0 for a lamp that removes light, of which no Illuminant is."""
+    return Spectrum(light.name, light.grid, light.values * strength, source=light.source)

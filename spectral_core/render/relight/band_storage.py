@@ -12,7 +12,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render.relight.storage import Array, Storage
 from spectral_core.render.spectral_exr import LAYOUT, spectral_channel
 from spectral_core.render.trace.wavelengths import Bands
-from spectral_core.spectra.observer import linear_rgb_from_product
+from spectral_core.spectra.observer import STANDARD, linear_rgb_from_product, observer
 from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM, WAVELENGTHS_NM, SpectralGrid, Spectrum
 
 BAND_COUNTS = (31, 61, 121)
@@ -59,8 +59,10 @@ class BandStorage(Storage):
         return tuple(spectral_channel(knot) for knot in self.grid.wavelengths_nm)
 
     def measured(self) -> Bands:
-        """Mean radiance per nm under each hat function."""
-        hats = _reaching_hats(self.grid)
+        """Mean radiance per nm under each hat function; beyond the outermost knots a wavelength counts as the observer
+        sees it, so that the invisible ends, which a surface may reflect otherwise, do not dilute the visible part.
+        """
+        hats = _reaching_hats(self.grid) * _seen_beyond(self.grid)
         widths = (hats[:, 1:] + hats[:, :-1]).sum(axis=1) / 2
         return Bands(tuple(f"{knot:.6f}" for knot in self.grid.wavelengths_nm), hats / widths[:, None])
 
@@ -82,6 +84,14 @@ class BandStorage(Storage):
             f"New spectra: mean ΔE2000 up to {smooth:g} for smooth lamps, {lines:g} for sodium and fluorescent "
             f"ones, {laser:g} for lasers, on designed surfaces"
         )
+
+
+def _seen_beyond(grid: SpectralGrid) -> Array:
+    """Sensitivity of the observer (471,) relative to that at the nearest wavelength within a grid: 1 within it."""
+    sensitivity = observer(STANDARD).cmfs.sum(axis=0)
+    inside = np.clip(WAVELENGTHS_NM, grid.wavelengths_nm[0], grid.wavelengths_nm[-1])
+    seen: Array = sensitivity / np.interp(inside, WAVELENGTHS_NM, sensitivity)
+    return seen
 
 
 def _reaching_hats(grid: SpectralGrid) -> Array:

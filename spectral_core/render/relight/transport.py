@@ -105,6 +105,11 @@ CLAMPED = (
     "set Clamping (Direct and Indirect Light) to 0 and record again"
 )
 
+IN_RGB = (
+    "the recording traces wavelengths, a render of this scene red, green and blue, so that saturated colors lit by "
+    "colored light differ from those of the render; set Transport to Spectral to render as recorded"
+)
+
 
 def record_transport(
     scene: Scene,
@@ -173,7 +178,9 @@ def record_transport(
     planes: dict[str, Pixels] = {}
     coverage = None if kept is None else kept.coverage
     notes = scene.notes
-    clamping = (Note("Light Paths", CLAMPED),) if scene.settings.light_paths.clamps else ()
+    own_notes = [Note("Light Paths", CLAMPED)] if scene.settings.light_paths.clamps else []
+    if storage.keeps_spectra and not plan_from_data(scene).is_spectral:
+        own_notes.append(Note("Transport", IN_RGB))
     if wanted:
         result = render(recorded, groups=wanted if reused else True, bands=storage.measured(), **options)
         if result.status != "done":
@@ -189,7 +196,7 @@ def record_transport(
     _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else recorded.film.exposure)
     return Transport(
         storage, names, channels, coverage, tuple(group_light(grouped, name) for name in names),
-        scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, (*notes, *clamping),
+        scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, (*notes, *own_notes),
     )  # fmt: skip
 
 

@@ -21,14 +21,20 @@ from spectral_core.files.guarded import read_text
 from spectral_core.files.whole import write_text
 from spectral_core.spectra.files.columns import (
     FRACTION_PER_UNIT,
-    NM_PER_UNIT,
     Column,
     ReadOptions,
     built,
     is_number,
-    known_unit,
     number,
     readable,
+)
+from spectral_core.spectra.files.headings import (
+    AT_START,
+    named_column,
+    names_wavelengths,
+    require_quantity,
+    stated_unit,
+    wavelength_unit,
 )
 from spectral_core.spectra.files.statements import Statements, statements_of
 from spectral_core.spectra.spectrum import Spectrum
@@ -37,15 +43,9 @@ Row = tuple[int, list[str]]
 """Line number in the file, and its cells without blanks around them."""
 
 VISIBLE_NM = (380.0, 780.0)
-WAVELENGTH_WORDS = ("wavelength", "wave length", "lambda", "λ", "wl")
-"""Beginnings of the heading of wavelengths."""
-MEDIA = ("air", "vacuum", "vac", "vac.")
-"""Words in brackets after a wavelength that state no unit."""
-OTHER_WORDS = ("wavenumber", "wave number", "frequency", "energy", "photon energy")
-OTHER_UNITS = (
-    "cm-1", "cm^-1", "cm⁻¹", "1/cm", "ev", "phz", "thz", "ghz", "hz", "pm", "mm", "cm",
-)  # fmt: skip
-"""Beginnings and units of headings of other quantities, whose numbers may look like wavelengths in nm."""
+_ABOVE = "remove other lines above the table, or begin them with '#'"
+_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")
+"""A number that may have separators of thousands."""
 
 
 def read(path: Path, options: ReadOptions) -> list[Spectrum]:
@@ -53,10 +53,12 @@ def read(path: Path, options: ReadOptions) -> list[Spectrum]:
     statements = Statements(path)
     rows = _rows(path, statements)
     header, body = (rows[0], rows[1:]) if not is_number(rows[0][1][0]) else ((0, []), rows)
-    unit = _wavelength_unit(path, header, options.wavelength_unit) if header[1] else None
+    unit = wavelength_unit(path, header, options.wavelength_unit) if header[1] else None
     make = _columns_from_rows if _runs_across(header, body) else _columns_from_columns
     columns = make(path, header, body, unit)
     statements.apply(columns)
+    for column in columns:
+        require_quantity(path, header[0], column, options.kind)
     return [built(path, column, options) for column in columns]
 
 
@@ -72,7 +74,7 @@ def write(path: Path, spectra: Sequence[Spectrum]) -> None:
     # A name that ends like a unit would be read as one, and names that are all numbers as wavelengths: names and unit
     # are then also stated in words.
     are_numbers = all(map(is_number, headings))
-    names_mislead = are_numbers or any(_stated_unit(heading, FRACTION_PER_UNIT) for heading in headings)
+    names_mislead = are_numbers or any(stated_unit(heading, FRACTION_PER_UNIT) for heading in headings)
     buffer.writelines(line + "\n" for line in statements_of(spectra, names=names_mislead))
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(["wavelength_nm", *([f"no. {heading}" for heading in headings] if are_numbers else headings)])
@@ -100,7 +102,7 @@ def _rows(path: Path, statements: Statements) -> list[Row]:
     above = rows[0][0] - 2  # of the line before the first row, from 0
     if is_number(rows[0][1][0]) and above >= 0 and numbered[above][1].lstrip().startswith("#"):
         comment = _headings(numbered[above][1].lstrip("# \t"), delimiter, _used(rows[0][1]))
-        if len(comment) == _used(rows[0][1]) and _names_wavelengths(comment[0]):
+        if len(comment) == _used(rows[0][1]) and names_wavelengths(comment[0]):
             rows.insert(0, (above + 1, comment))
     if delimiter == "," and len(rows[0][1]) > 2 and all(cell.isdecimal() for _, cells in rows for cell in cells):
         raise FileFormatError(
@@ -108,6 +110,7 @@ def _rows(path: Path, statements: Statements) -> list[Row]:
             "decimal commas; separate cells by semicolons, or give each column a heading"
         )
     if delimiter in (";", "\t") and not any("." in cell and is_number(cell) for _, cells in rows for cell in cells):
+        _require_no_thousands(path, rows)
         rows = rows[:1] + [(n, [_with_point(cell) for cell in cells]) for n, cells in rows[1:]]
         rows[0] = (rows[0][0], [_with_point(cell) for cell in rows[0][1]])
     return rows
@@ -133,11 +136,6 @@ def _headings(line: str, delimiter: str, width: int) -> list[str]:
     return merged if len(merged) == width else cells
 
 
-def _names_wavelengths(heading: str) -> bool:
-    """True for ``Wavelength``, ``λ/nm``, ``nm``."""
-    return heading.lower().startswith(WAVELENGTH_WORDS) or _stated_unit(heading, NM_PER_UNIT) is not None
-
-
 def _with_point(cell: str) -> str:
     """``0,5`` as ``0.5``; other text as it is."""
     return cell.replace(",", ".") if re.fullmatch(r"[-+]?\d*,\d+([eE][-+]?\d+)?", cell) else cell
@@ -159,7 +157,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 def _runs_across(header: Row, body: list[Row]) -> bool:
     """True if the first row contains the wavelengths: only if the first column cannot contain them."""
-    across = header[1][1:]
+    across = header[1][1 : _used(header[1])]
     if len(across) < 2 or not all(map(is_number, across)):
         return False
     down = [cells[0] for _, cells in body]
@@ -168,7 +166,7 @@ def _runs_across(header: Row, body: list[Row]) -> bool:
         if np.all(steps_down > 0) or np.all(steps_down < 0):
             # Numbers may be names, such as RAL 5014 over 380 to 780 nm.
             is_visible = any(VISIBLE_NM[0] <= float(cell) <= VISIBLE_NM[1] for cell in down)
-            if is_visible and (_names_wavelengths(header[1][0]) or min(map(float, across)) > VISIBLE_NM[1]):
+            if is_visible and (names_wavelengths(header[1][0]) or min(map(float, across)) > VISIBLE_NM[1]):
                 return False
             # Both axes ascend: one counts samples (1, 2, 3 …), the one with larger numbers holds wavelengths.
             return float(across[0]) > max(float(cell) for cell in down)
@@ -185,23 +183,49 @@ def _columns_from_columns(path: Path, header: Row, body: list[Row], wavelength_u
             "at least one column of values, separated by comma, semicolon, tab or blanks"
         )
     headings = header[1][:width]
+    _require_wavelengths_first(path, header[0], headings)
     for line, cells in body:
         if headings and _used(cells) > len(headings):
             raise FileFormatError(
-                f"{path}, line {line}: {_used(cells)} cells under {len(headings)} headings; expected a heading each"
+                f"{path}, line {line}: {_used(cells)} cells under {len(headings)} headings; expected a heading each; "
+                f"{_ABOVE}"
             )
     own = readable(path.stem)
     unnamed = [own] if width == 2 else [f"{own} {number}" for number in range(1, width)]
     names = headings[1:] + [""] * (width - len(headings)) if headings else unnamed
-    columns = [_named_column(name, own, wavelength_unit) for name in names]
+    columns = [named_column(name, own, wavelength_unit) for name in names]
     for line, cells in body:
         if len(cells) < width and not headings:
             raise FileFormatError(f"{path}, line {line}: {len(cells)} cells, expected {width}")
-        wavelength = number(path, line, cells[0], "a wavelength")
+        wavelength = number(path, line, cells[0], f"a wavelength; {_ABOVE}" if line == body[0][0] else "a wavelength")
         for column, cell in zip(columns, cells[1:], strict=False):
             if cell:
                 column.add(line, wavelength, number(path, line, cell, f"a value of {column.name!r}"))
     return columns
+
+
+def _require_wavelengths_first(path: Path, line: int, headings: list[str]) -> None:
+    """Raise FileFormatError if a column before that of the wavelengths counts the rows."""
+    named = [heading.lower().startswith(AT_START) for heading in headings]
+    if any(named) and not names_wavelengths(headings[0]):
+        raise FileFormatError(
+            f"{path}, line {line}: {headings[named.index(True)]!r} heads column {named.index(True) + 1}; expected the "
+            "wavelengths in the first column: remove the columns before them"
+        )
+
+
+def _require_no_thousands(path: Path, rows: list[Row]) -> None:
+    """Raise FileFormatError for a column with ``987`` and ``1,234``, which may be 1234."""
+    for index in range(max(len(cells) for _, cells in rows)):
+        column = [(line, cells[index]) for line, cells in rows if index < len(cells)]
+        grouped = [(line, cell) for line, cell in column if "," in cell and is_number(cell.replace(",", ""))]
+        whole = any(cell.isdecimal() and int(cell) for _, cell in column)
+        if grouped and whole and all(_GROUPED.fullmatch(cell) for _, cell in grouped):
+            line, cell = grouped[0]
+            raise FileFormatError(
+                f"{path}, line {line}: {cell!r} beside whole numbers may be {cell.replace(',', '')} or "
+                f"{cell.replace(',', '.')}; write it without separators of thousands, or with a decimal point"
+            )
 
 
 def _used(cells: list[str]) -> int:
@@ -211,75 +235,17 @@ def _used(cells: list[str]) -> int:
 
 def _columns_from_rows(path: Path, header: Row, body: list[Row], wavelength_unit: str | None) -> list[Column]:
     """One row of the table is one spectrum; the first row holds the wavelengths."""
-    line_of_wavelengths, (_, *across) = header
+    line_of_wavelengths, (corner, *across) = header
+    across = across[: _used(across)]
     wavelengths = [number(path, line_of_wavelengths, cell, "a wavelength") for cell in across]
     columns = []
     for line, (name, *cells) in body:
-        if len(cells) > len(wavelengths):
-            raise FileFormatError(f"{path}, line {line}: {len(cells)} values for {len(wavelengths)} wavelengths")
-        column = _named_column(name, readable(path.stem), wavelength_unit)
+        if _used(cells) > len(wavelengths):
+            raise FileFormatError(f"{path}, line {line}: {_used(cells)} values for {len(wavelengths)} wavelengths")
+        column = named_column(name, readable(path.stem), wavelength_unit)
+        column.value_unit = column.value_unit or stated_unit(corner, FRACTION_PER_UNIT)
         for wavelength, cell in zip(wavelengths, cells, strict=False):
             if cell:
                 column.add(line, wavelength, number(path, line, cell, f"a value of {name!r}"))
         columns.append(column)
     return columns
-
-
-def _named_column(heading: str, fallback: str, wavelength_unit: str | None) -> Column:
-    """Column of a heading; ``paint [%]`` is a paint in percent."""
-    column = Column(heading or fallback, wavelength_unit=wavelength_unit)
-    column.value_unit = _stated_unit(heading, FRACTION_PER_UNIT)
-    if column.value_unit:
-        name, _, bracketed = _last_word(heading)
-        column.name = (name if bracketed else heading) or fallback
-    return column
-
-
-def _wavelength_unit(path: Path, header: Row, given: str | None) -> str | None:
-    """Unit that the first heading states; None if it states none. Raises FileFormatError for another quantity, and for
-    an unknown unit if no other is ``given``.
-    """
-    line, (heading, *_) = header
-    _, last, is_bracketed = _last_word(heading)
-    if last == "A" and (is_bracketed or heading.lower().startswith(WAVELENGTH_WORDS)):
-        return "angstrom"  # a single letter after another word may be a name
-    # "wavelength (nm, air)" states its unit before its last word
-    words = [word for word in re.findall(r"[^\W\d_]+", heading.lower()) if word in ("nm", "um", "µm", "μm")]
-    unit = _stated_unit(heading, NM_PER_UNIT) or (known_unit(words[0], NM_PER_UNIT) if words else None)
-    is_other = heading.lower().startswith(OTHER_WORDS) or last.lower() in OTHER_UNITS
-    is_unknown = not (given or unit) and is_bracketed and _names_wavelengths(heading) and last.lower() not in MEDIA
-    if is_other or is_unknown or heading.lower().endswith("1/cm"):
-        raise FileFormatError(
-            f"{path}, line {line}: {heading!r} is no wavelength in {', '.join(NM_PER_UNIT)}; convert the numbers to "
-            "wavelengths, and name the unit in the heading"
-        )
-    return unit
-
-
-def _stated_unit(heading: str, known: dict[str, float]) -> str | None:
-    """Unit named at the end of a heading: ``wavelength_nm``, ``Wavelength (µm)``, ``paint [%]``, ``R/%``, or by a
-    percent sign beside a letter (``%R``, ``R%``); None if none is.
-    """
-    if "percent" in known and re.search(r"^\s*%\s*[^\W\d_]|[^\W\d_]%\s*$", heading):
-        return "percent"
-    try:
-        return known_unit(_last_word(heading)[1], known)
-    except ValueError:
-        return None
-
-
-def _last_word(heading: str) -> tuple[str, str, bool]:
-    """Divide a heading: all but its last word, the last word, and whether that is in brackets.
-
-    Without a regular expression: one that finds the bracket from the front tries every start, and took hours for a
-    heading of 20,000 blanks.
-    """
-    text = heading.rstrip()
-    if text.endswith(("]", ")")):
-        opened = max(text.rfind("["), text.rfind("("))
-        inside = text[opened + 1 : -1]
-        if opened >= 0 and not set(inside) & set("])"):
-            return text[:opened].rstrip(), inside.strip(), True
-        return text, "", False
-    cut = max(text.rfind("_"), text.rfind(" "), text.rfind("/"))
-    return text[: max(cut, 0)].rstrip(), text[cut + 1 :], False

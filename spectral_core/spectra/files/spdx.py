@@ -44,6 +44,11 @@ KIND_OF_QUANTITY: dict[str, SpectrumKind] = {
     **dict.fromkeys(("reflectance", "R-Factor"), "reflectance"),
     **dict.fromkeys(("transmittance", "T-Factor", "absorptance", "other"), "spectrum"),
 }  # fmt: skip
+NOT_READ_AS = {
+    "reflectance": ("absorptance",),
+    "illuminant": ("absorptance", "transmittance", "T-Factor"),
+}
+"""Quantities that have no kind of their own, and are not read as these."""
 QUANTITY_OF_KIND: dict[SpectrumKind, str] = {
     "illuminant": "relative",
     "reflectance": "reflectance",
@@ -93,6 +98,11 @@ def _read(file: Path, options: ReadOptions) -> SpdxDocument:
         raise FileFormatError(
             f"{file}, line {line}: SpectralQuantity is {quantity or 'missing'!r}; expected one of "
             f"{', '.join(KIND_OF_QUANTITY)}"
+        )
+    if quantity in NOT_READ_AS.get(options.kind or "", ()):
+        raise FileFormatError(
+            f"{file}, line {texts['SpectralQuantity'][1]}: SpectralQuantity is {quantity!r}; expected a file of "
+            f"{options.kind}s, or read it with kind='spectrum'"
         )
     header = {name: texts[name][0] for name in HEADER_ELEMENTS if texts.get(name, ("", 0))[0]}
     described = [header.get(name, "") for name in ("Manufacturer", "CatalogNumber")]
@@ -209,6 +219,8 @@ class _Handler:
             raise self._error(f"the root is <{name}> of namespace {namespace!r}; expected <IESTM2714> of {NAMESPACE!r}")
         self._open.append(name)
         self._text, self._is_literal = [], False
+        if name == "SpectralDistribution" and self.column.lines:
+            raise self._error("a second SpectralDistribution; expected one in a file: divide the file")
         if name == "SpectralData":
             if "wavelength" not in attributes:
                 raise self._error('SpectralData without a wavelength; expected <SpectralData wavelength="400">')

@@ -58,13 +58,15 @@ def _source(context: Context, lights: LightList, light: Light, color: Color | Sp
 def emitted_by(context: Context, color: Color | Spectrum, strength: float) -> Any:
     """Emission of a source with a paint: a spectrum, or linear RGB (3,)."""
     if context.spectral:
-        return paint.emitted_spectrum(color, context.white).scaled(strength)
+        return radiometry.at_strength(paint.emitted_spectrum(color, context.white), strength)
     return paint.emitted_rgb(color) * strength
 
 
 def weight_of(color: Color | Spectrum, strength: float) -> Any:
     """The same for the choice of lights alone, which needs no spectrum of a color."""
-    return color.linear_rgb * strength if isinstance(color, Color) else paint.unit_luminance(color).scaled(strength)
+    if isinstance(color, Color):
+        return color.linear_rgb * strength
+    return radiometry.at_strength(paint.unit_luminance(color), strength)
 
 
 def _switched(context: Context, lights: LightList, source: int, group: str) -> None:

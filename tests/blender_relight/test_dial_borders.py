@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A recording of a render border stands at its place in the frame, and its files are as large as those of F12."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
+
+
+def _read(path):
+    image = bpy.data.images.load(str(path))
+    pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)
+    image.pixels.foreach_get(pixels)
+    return pixels.reshape(image.size[1], image.size[0], 4)
+
+
+def _border(scene, *, cropped):
+    scene.render.use_border, scene.render.use_crop_to_border = True, cropped
+    scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+    scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0
+
+
+@pytest.mark.parametrize("cropped", [False, True])
+def test_a_border_is_shown_and_saved_at_its_place(stage, picture, tmp_path, cropped):
+    """The camera view stretches the image over the whole frame, so the image is the whole frame."""
+    stage.render.resolution_x, stage.render.resolution_y, stage.spectral.render.samples = 16, 12, 64
+    stage.camera.data.shift_x = 0.1  # nothing is symmetric
+    bpy.ops.spectral.dial_record()
+    whole = picture().copy()
+    _border(stage, cropped=cropped)
+    bpy.ops.spectral.dial_record()
+
+    shown = picture()
+
+    assert shown.shape == (12, 16, 4)
+    inside = shown[6:12, 4:12]
+    assert inside[..., :3].mean(axis=(0, 1)) == pytest.approx(whole[6:12, 4:12, :3].mean(axis=(0, 1)), rel=0.1)
+    assert not shown[:6].any() and not shown[:, :4].any() and not shown[:, 12:].any()
+    assert stage.camera.data.background_images[0].frame_method == "STRETCH"
+    bpy.ops.spectral.dial_save(filepath=str(tmp_path / "relit.exr"))
+    stage.render.image_settings.file_format = "OPEN_EXR"
+    stage.render.filepath = str(tmp_path / "f12.exr")
+    bpy.ops.render.render(write_still=True)
+    saved, rendered = _read(tmp_path / "relit.exr"), _read(tmp_path / "f12.exr")
+    assert saved.shape == rendered.shape == ((6, 8, 4) if cropped else (12, 16, 4))
+    for rows in (slice(None, 6), slice(-6, None)):
+        expected = rendered[rows, ..., :3].mean()
+        assert saved[rows, ..., :3].mean() == pytest.approx(expected, rel=0.05, abs=1e-6)
+
+
+def test_a_border_that_was_changed_after_the_recording_moves_no_picture(stage, picture):
+    """The panel reports the change; the picture stays as it was recorded."""
+    from blender_addon.editing.dial import live
+
+    bpy.ops.spectral.dial_record()
+    before = picture().copy()
+    _border(stage, cropped=False)
+    live.show(stage)
+    np.testing.assert_array_equal(picture(), before)
