@@ -10,15 +10,19 @@ _WITH_WHEELS = "bl_ext."
 
 
 def _forget_earlier_version() -> None:
-    """Forget modules of an earlier version of this extension, if it is updated while Blender runs.
+    """Forget modules of an earlier version of this extension, if it is updated or reloaded while Blender runs.
 
-    Blender imports this file anew then, but keeps the modules of wheels: the new panels would import the old core,
-    fail, and leave the extension enabled without its wheels, also after a restart.
+    Blender executes this file anew then, but keeps the modules of wheels: the new panels would import the old core,
+    fail, and leave the extension enabled without its wheels, also after a restart. Reload Scripts also keeps the names
+    of this package, and ``from . import`` would find the old modules among them.
     """
     earlier = [name for name in sys.modules if f"{name}.".startswith(("spectral_core.", f"{__name__}."))]
     for name in earlier:
         if name != __name__:
             del sys.modules[name]
+            parent, _, module = name.rpartition(".")
+            if parent == __name__:
+                globals().pop(module, None)
     importlib.invalidate_caches()
 
 

@@ -18,7 +18,9 @@
 from __future__ import annotations
 
 import difflib
+import sys
 from collections.abc import Iterable
+from importlib.util import find_spec
 
 
 class SpectralError(Exception):
@@ -63,9 +65,34 @@ class MissingDependencyError(SpectralError):
     @classmethod
     def package(cls, package: str, purpose: str, extra: str) -> MissingDependencyError:
         """Message for a Python package that an extra of this distribution installs."""
-        return cls(
-            f"{purpose} needs the Python package {package!r}; install it with: pip install 'spectral-scene[{extra}]'"
-        )
+        return cls(f"{purpose} needs the Python package {package!r}; {how_to_install(package, extra)}")
+
+
+CARRIED = ("render", "catalogue", "volumes")
+"""Extras whose packages Blender's extension contains; a test compares them with the build."""
+
+
+def how_to_install(package: str, extra: str = "") -> str:
+    """Instruction for a missing Python package, for the Python that runs.
+
+    ``extra``: the extra of this distribution that installs it; empty if none does. Blender's extension is no
+    distribution of pip, and its user has no pip of Blender's Python at hand.
+    """
+    if not _in_extension():
+        return "install it with: pip install " + (f"'spectral-scene[{extra}]'" if extra else package)
+    if extra in CARRIED:
+        return "it is a part of this extension: install the extension again in Preferences ▸ Get Extensions"
+    return f"install it with: {this_python()} -m pip install {package}, and start Blender again"
+
+
+def this_python() -> str:
+    """The running Python in a command line; within Blender it may be known by Blender's own name only."""
+    return sys.executable if "python" in sys.executable.lower() else "the Python that Blender carries"
+
+
+def _in_extension() -> bool:
+    """True in Blender's extension and its processes: there this package came alone, without the add-on beside it."""
+    return "blender_addon" not in sys.modules and find_spec("blender_addon") is None
 
 
 class SolveError(SpectralError):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-import sys
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Literal
@@ -18,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import require_finite
-from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError
+from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError, this_python
 from spectral_core.spectra.color import linear_rgb_from_xyz, xyz_from_linear_rgb
 
 Pixels = NDArray[np.float32]
@@ -49,10 +48,9 @@ def is_installed() -> bool:
 
 def how_to_install() -> str:
     """One sentence: the missing package, its size and how to install it."""
-    python = sys.executable if "python" in sys.executable.lower() else "the Python that Blender carries"
     return (
         f"denoising needs the Python package {PACKAGE!r} (Open Image Denoise: 88 MB to download, 171 MB on disk), "
-        f"which is not installed; install it with: {python} -m pip install {PACKAGE}, or switch denoising off"
+        f"which is not installed; install it with: {this_python()} -m pip install {PACKAGE}, or switch denoising off"
     )
 
 

@@ -34,6 +34,26 @@ def test_an_updated_extension_imports_its_own_core() -> None:
         sys.modules.update(kept)
 
 
+def test_reloaded_scripts_find_no_earlier_modules() -> None:
+    """Reload Scripts keeps the namespace of the package; its class was registered without a module, a NameError."""
+    name = "bl_ext.user_default.spectral_scene"
+    kept = dict(sys.modules)
+    try:
+        imported_as(name)
+        package = sys.modules[name]
+        for module in ("registration", "panels", "panels.dial"):
+            sys.modules[f"{name}.{module}"] = ModuleType(module)
+        package.registration = sys.modules[f"{name}.registration"]  # type: ignore[attr-defined]
+        package.panels = sys.modules[f"{name}.panels"]  # type: ignore[attr-defined]
+        assert package.__spec__ is not None and package.__spec__.loader is not None
+        package.__spec__.loader.exec_module(package)  # as importlib.reload does
+        assert not hasattr(package, "registration") and not hasattr(package, "panels")
+        assert callable(package.register) and not [each for each in sys.modules if each.startswith(f"{name}.")]
+    finally:
+        sys.modules.clear()
+        sys.modules.update(kept)
+
+
 def test_a_checkout_keeps_its_modules() -> None:
     import spectral_core.errors
 

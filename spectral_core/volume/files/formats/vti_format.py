@@ -23,7 +23,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, how_to_install
 from spectral_core.files.guarded import half_of_memory, read_bytes, require_room
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.formats.vtk_format import choose_array
@@ -252,6 +252,8 @@ def _inflater(compressor: str, path: Path) -> Callable[[bytes, int], bytes]:
         try:
             from lz4 import block
         except ImportError as error:
-            raise MissingDependencyError(f"{path.name} is packed with LZ4; install it with: pip install lz4") from error
+            raise MissingDependencyError(
+                f"{path.name} is packed with LZ4, which needs the Python package 'lz4'; {how_to_install('lz4')}"
+            ) from error
         return lambda packed, size: block.decompress(packed, uncompressed_size=size)
     raise FileFormatError(f"{path.name} is packed by {compressor!r}; expected ZLib, LZMA or LZ4")

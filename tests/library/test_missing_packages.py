@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A missing package is named with a remedy that its reader can carry out, in a terminal and within Blender."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from spectral_core import errors
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def within_blender(monkeypatch):
+    """The core as Blender installs it: alone, from a wheel."""
+    found = importlib.util.find_spec
+    for name in [each for each in sys.modules if each.partition(".")[0] == "blender_addon"]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(errors, "find_spec", lambda name: None if name == "blender_addon" else found(name))
+
+
+def test_a_terminal_gets_the_extra() -> None:
+    error = errors.MissingDependencyError.package("python-rtmidi", "a MIDI mixing board", "board")
+    assert str(error).endswith("needs the Python package 'python-rtmidi'; install it with: "
+                               "pip install 'spectral-scene[board]'")  # fmt: skip
+
+
+@pytest.mark.usefixtures("within_blender")
+def test_blender_gets_a_command_for_its_own_python(monkeypatch) -> None:
+    """pip of a terminal installs packages where Blender does not look for them."""
+    monkeypatch.setattr(errors.sys, "executable", "/opt/blender/5.2/python/bin/python3.13")
+    text = str(errors.MissingDependencyError.package("python-rtmidi", "a MIDI mixing board", "board"))
+    assert "/opt/blender/5.2/python/bin/python3.13 -m pip install python-rtmidi" in text
+    assert "spectral-scene[" not in text
+
+
+@pytest.mark.usefixtures("within_blender")
+@pytest.mark.parametrize("extra", errors.CARRIED)
+def test_what_the_extension_carries_is_installed_with_it(extra) -> None:
+    text = str(errors.MissingDependencyError.package("mitsuba", "rendering", extra))
+    assert "install the extension again" in text and "pip" not in text
+
+
+def test_the_extension_carries_these_extras() -> None:
+    spec = importlib.util.spec_from_file_location("_build", ROOT / "scripts" / "build_extension.py")
+    assert spec is not None and spec.loader is not None
+    build = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(build)
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    bundled = {name.lower() for name in build.BUNDLED}
+    carried = {
+        extra for extra, packages in extras.items() if {each.partition(">")[0].lower() for each in packages} <= bundled
+    }
+    assert carried == set(errors.CARRIED)
