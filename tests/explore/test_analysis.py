@@ -66,6 +66,25 @@ def test_a_gaussian_process_learns_a_smooth_function_and_proposes_its_minimum() 
     assert np.linalg.norm(propose(points[:12], values[:12])[0] - [0.3, 0.7]) < 0.15
 
 
+def branin(points: np.ndarray) -> np.ndarray:
+    """A usual test function of optimizers, over the unit square (Branin 1972)."""
+    x, y = 15 * points[:, 0] - 5, 15 * points[:, 1]
+    return (y - 5.1 / (4 * np.pi**2) * x**2 + 5 / np.pi * x - 6) ** 2 + 10 * (1 - 1 / (8 * np.pi)) * np.cos(x) + 10
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1.0, 1e6])
+def test_deviations_of_a_gaussian_process_are_as_large_as_its_errors(unit: float) -> None:
+    """They were those of a process as spread as the values: 20 times too small, so that 7 % of the errors were below
+    1.96 of them.
+    """
+    drawn = np.random.default_rng(5)
+    points, fresh = drawn.random((40, 2)), drawn.random((1000, 2))
+    mean, deviation = GaussianProcess.fit(points, unit * branin(points)).predict(fresh)
+    scores = (unit * branin(fresh) - mean) / deviation
+    assert (np.abs(scores) < 1.96).mean() > 0.85
+    assert 0.3 < np.sqrt(np.mean(scores**2)) < 2.0
+
+
 def test_sensitivities_of_a_sum_are_the_shares_of_its_terms() -> None:
     points = rng.random((120, 3))
     found = {one.name: one for one in sobol_indices(points, 3 * points[:, 0] + points[:, 1], "abc", base=512)}

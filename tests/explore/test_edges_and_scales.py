@@ -14,10 +14,11 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.explore.analysis.embedding import spectral_embedding
 from spectral_core.explore.features.images import difference_features, image_features
 from spectral_core.explore.features.picture_files import read_display, read_linear
-from spectral_core.explore.sweep.designs import design_points
+from spectral_core.explore.sweep.designs import Design, design_points
 from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.parameters import Parameter, Space
-from spectral_core.explore.sweep.region import bounding_region
+from spectral_core.explore.sweep.region import RegionOfInterest, bounding_region
+from spectral_core.lattice import progressive_points
 
 FUNCTION = {"kind": "function", "function": "none.py:f"}
 
@@ -190,3 +191,26 @@ def test_constraints_that_exclude_each_other_are_said_to(kind: str, region: dict
     parameters = [{"name": name, "low": 0.0, "high": 1.0} for name in "ab"]
     with pytest.raises(InvalidInputError, match="the region is empty: its ranges, constraints and ball exclude"):
         points_of(parameters, region=region, design={"kind": kind, "budget": 1000})
+
+
+def test_a_small_region_has_the_points_of_all_levels_in_their_order() -> None:
+    """Its first point is many levels below that of the ranges; level by level they took 9 s in 6 dimensions."""
+    names = "abcdef"
+    space = Space(tuple(Parameter(name) for name in names))
+    region = RegionOfInterest(constraints=(" + ".join(names) + " <= 1e-2",))
+    design = Design(budget=40).placed(space)
+    found = np.array([space.coordinates(point) for point in design_points(space, region, design)[0]])
+    points = progressive_points(design.frame, region.in_unit_cube(space), shifts=design.shifts)
+    while len(points) < 40:
+        points = points.refine()
+    np.testing.assert_array_equal(found, points.points[:40])
+
+
+def test_a_region_below_the_finest_level_says_what_to_do() -> None:
+    """The advice was to take a smaller region."""
+    names = "abcdef"
+    with pytest.raises(InvalidInputError, match="Widen the region, or choose the design Sobol"):
+        points_of(
+            [{"name": name} | {"low": 0, "high": 1} for name in names],
+            region={"constraints": [" + ".join(names) + " <= 1e-3"]},
+        )
