@@ -93,7 +93,7 @@ def _interval(samples: Array, shift: float, missing: float) -> tuple[float, floa
     With a prediction and a rest that are uncorrelated, an index is (1 - missing) times that of the prediction and
     missing times that of the rest, which lies anywhere in [0, 1].
     """
-    low, high = np.quantile(samples, [0.025, 0.975]) + (-shift, shift)
+    low, high = np.quantile(samples, [0.025, 0.975]) + np.array([-shift, shift])
     return float(min(low, (1.0 - missing) * low)), float(max(high, (1.0 - missing) * high + missing))
 
 
