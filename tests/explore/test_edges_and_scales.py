@@ -9,16 +9,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.analysis.embedding import spectral_embedding
 from spectral_core.explore.features.images import difference_features, image_features
 from spectral_core.explore.features.picture_files import read_display, read_linear
+from spectral_core.explore.sweep.batches.latin import latin_batches
 from spectral_core.explore.sweep.designs import Design, design_points
 from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.region import RegionOfInterest, bounding_region
-from spectral_core.lattice import progressive_points
+from spectral_core.lattice import progressive_points, unit_cube
 
 FUNCTION = {"kind": "function", "function": "none.py:f"}
 
@@ -214,3 +216,19 @@ def test_a_region_below_the_finest_level_says_what_to_do() -> None:
             [{"name": name} | {"low": 0, "high": 1} for name in names],
             region={"constraints": [" + ".join(names) + " <= 1e-3"]},
         )
+
+
+def test_large_hypercubes_are_not_exchanged_point_by_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hypercube of 100,000 points took minutes."""
+    asked: list[Any] = []
+
+    class Recorded(qmc.LatinHypercube):
+        def __init__(self, d: int, *, optimization: Any = None, rng: Any = None) -> None:
+            asked.append(optimization)
+            super().__init__(d, rng=rng)
+
+    monkeypatch.setattr(qmc, "LatinHypercube", Recorded)
+    for budget in (20, 100_000):
+        points = next(latin_batches(unit_cube(2), budget, 0))
+        assert np.array_equal(np.sort((points * budget).astype(int), axis=0), np.arange(budget)[:, None] + [[0, 0]])
+    assert asked == ["random-cd", None]

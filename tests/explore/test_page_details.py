@@ -141,7 +141,9 @@ def test_numbers_of_a_wide_table_stay_whole_on_paper(tmp_path: Path) -> None:
     """Of thirty columns each number was broken into four lines, and its digits stood beside those of the next."""
     values = {f"column_{k}": [1.2345 * 10.0 ** (k - 15), -2.5 * 10.0 ** (k - 15)] for k in range(30)}
     lines = """[...document.querySelectorAll('.rows .row span')].map((cell) => {
-        const range = document.createRange(); range.selectNodeContents(cell); return range.getClientRects().length; })"""
+        const range = document.createRange();
+        range.selectNodeContents(cell);
+        return range.getClientRects().length; })"""
     lefts = "[...document.querySelectorAll('{} > *')].map((cell) => Math.round(cell.getBoundingClientRect().left))"
     with Browser(720, 1000) as page:
         page.open(page_of(tmp_path, **values))
