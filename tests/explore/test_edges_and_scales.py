@@ -13,6 +13,7 @@ from scipy.stats import qmc
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.analysis.embedding import spectral_embedding
+from spectral_core.explore.features.expression import evaluate
 from spectral_core.explore.features.images import difference_features, image_features
 from spectral_core.explore.features.picture_files import read_display, read_linear
 from spectral_core.explore.sweep.batches.latin import latin_batches
@@ -232,3 +233,20 @@ def test_large_hypercubes_are_not_exchanged_point_by_point(monkeypatch: pytest.M
         points = next(latin_batches(unit_cube(2), budget, 0))
         assert np.array_equal(np.sort((points * budget).astype(int), axis=0), np.arange(budget)[:, None] + [[0, 0]])
     assert asked == ["random-cd", None]
+
+
+@pytest.mark.parametrize("name", ["\u00b5_s", "\u2126", "\ufb01eld"])  # micro sign, ohm sign, a ligature
+def test_names_are_found_as_they_were_typed(name: str) -> None:
+    """Python's parser reads the micro sign as a Greek letter, so that no column of this name was found."""
+    assert evaluate(f"2 * {name}", {name: [1.0, 2.0]}) == [2.0, 4.0]
+    found = points_of([{"name": name, "low": 0, "high": 1}], region={"constraints": [f"{name} <= 0.25"]})
+    assert len(found) == 64 and max(point[name] for point in found) <= 0.25
+
+
+@pytest.mark.parametrize("name", ["lambda", "True", "x\u00b2"])
+def test_names_that_mean_something_else_are_named(name: str) -> None:
+    """`2 * True` was 2 in every row, and `2 * lambda` was no valid syntax."""
+    with pytest.raises(InvalidInputError, match=f"{name}.*give the column another name"):
+        evaluate(f"2 * {name}", {name: [1.0, 3.0]})
+    with pytest.raises(InvalidInputError, match="give the column another name"):
+        points_of([{"name": name, "low": 0, "high": 1}], region={"constraints": [f"{name} <= 0.25"]})
