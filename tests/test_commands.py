@@ -62,7 +62,7 @@ def test_an_error_gives_one_line_and_an_exit_status(capsys: pytest.CaptureFixtur
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["lattice", "--dims", "0"], "--dims is 0; expected 1 to 10"),
+        (["lattice", "--dims", "0"], "--dims is 0; expected 1 to 16"),
         (["lattice", "--refine", "-1"], "--refine is -1; expected 0 or more"),
         (["design", "--preset", "Hidden mark", "--out", "FILE"], "taken is a file; choose another folder"),
         (["design", "examples/transfer/solid.toml"], 'format is "spectral-scene transfer function"'),

@@ -23,7 +23,7 @@ from spectral_core.explore.sweep.compute.paths import require_set_once
 from spectral_core.explore.sweep.compute.rendering import Relighter, not_linear, recording_mark, rendered
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.outcome import Outcome
-from spectral_core.explore.sweep.parameters import Space, Value
+from spectral_core.explore.sweep.parameters import Parameter, Space, Value
 from spectral_core.files.guarded import no_file
 from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
@@ -42,6 +42,10 @@ SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
 )
 GOAL_PATHS = (".spectral.render.goal", ".spectral.render.target_error", ".spectral.render.time_budget")
 
+_BETWEEN = 0.37
+"""A place in a range between its ends, which whole turns do not repeat."""
+_ROUNDING = 1e-6
+"""Of a matrix in single precision, which a constraint computes anew for each value."""
 _MOST = {"percentage": 32767, "samples": 16777216}
 """Entries of ``[compute]`` that are whole numbers, and their largest values."""
 _file_of: list[dict[str, Any]] = []
@@ -92,11 +96,30 @@ class BlendNode:
                 setting.checked(choice)
         start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
         made = node.scene(start, 0)
+        for parameter in space.parameters:
+            node._require_moved(parameter)
         print_, node = scene_hash(made), replace(node, not_linear=not_linear(made))
         view = view_name(bpy.context.scene)
         mark = recording_mark(made) if node.relights else ""
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
+
+    def _require_moved(self, parameter: Parameter) -> None:
+        """Raise InvalidInputError if no value of a location, rotation or scale moves its object: a constraint or
+        another rotation mode leaves the value as it was set, and places the object elsewhere.
+        """
+        setting, places = setting_at(parameter.target), []
+        for share in (1.0, _BETWEEN, 0.0):  # ends at the start
+            setting.write(parameter.value(share))
+            bpy.context.view_layer.update()
+            places.append(setting.matrix(bpy.context.evaluated_depsgraph_get()))
+        if None in places:
+            return
+        if np.ptp(np.array(places), axis=0).max() <= _ROUNDING * np.abs(np.array(places)).max():
+            raise InvalidInputError(
+                f"{parameter.target} moves nothing: a constraint decides where its object is, or the rotation mode "
+                "is another one; remove that, or sweep what decides"
+            )
 
     @property
     def relights(self) -> bool:

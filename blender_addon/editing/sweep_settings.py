@@ -22,6 +22,8 @@ SWITCH = ("off", "on")
 
 
 _VECTORS = ("TRANSLATION", "DIRECTION", "VELOCITY", "ACCELERATION", "EULER", "XYZ", "XYZ_LENGTH", "COORDINATES")
+_PLACING = ("location", "rotation_", "scale")
+"""How the properties begin that place an object or a bone."""
 _COMPONENTS = {"COLOR": "rgba", "COLOR_GAMMA": "rgba", "QUATERNION": "wxyz", **dict.fromkeys(_VECTORS, "xyz")}
 """Letters of the components of a property, by its subtype."""
 
@@ -111,6 +113,19 @@ class Setting:
                 f"{self.path} was set to {value!r}, but keyframes, a driver, a constraint or its limits make it "
                 f"{found!r}; remove them, sweep what drives it, or narrow its range"
             )
+
+    def matrix(self, depsgraph: Any) -> tuple[float, ...] | None:
+        """Where the evaluated object or bone stands, if this is a part of its place; else None."""
+        block, rest = block_at(self.path)
+        if self.place.is_custom or not self.place.name.removeprefix("delta_").startswith(_PLACING):
+            return None
+        seen = place_in(block.evaluated_get(depsgraph), rest)
+        owner = None if seen is None else seen.owner
+        if isinstance(owner, bpy.types.Object):
+            return tuple(number for row in owner.matrix_world for number in row)
+        if isinstance(owner, bpy.types.PoseBone):
+            return tuple(number for row in owner.matrix for number in row)
+        return None
 
     def require_animatable(self) -> None:
         """Raise InvalidInputError if keyframes of the property would change nothing."""

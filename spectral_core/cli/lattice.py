@@ -28,9 +28,7 @@ NAMED = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of ``spectral-scene lattice``."""
-    parser.add_argument(
-        "--dims", type=int, default=2, metavar="N", help="parameters, 1 to 10 (default 2); 16 with --criterion unit"
-    )
+    parser.add_argument("--dims", type=int, default=2, metavar="N", help="parameters, 1 to 16 (default 2)")
     parser.add_argument("--rate", type=int, default=2, metavar="B", help="points grow by this factor per level: 2 or 3")
     parser.add_argument("--points", type=int, default=64, metavar="M", help="exactly this many points (default 64)")
     parser.add_argument("--low", type=float, nargs="+", metavar="X", help="lower ends of the ranges (default 0)")
@@ -57,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core import lattice
 
     if not 1 <= arguments.dims <= 16:
-        raise InvalidInputError(f"--dims is {arguments.dims}; expected 1 to 10 dimensions, 16 with --criterion unit")
+        raise InvalidInputError(f"--dims is {arguments.dims}; expected 1 to 16 dimensions")
     if arguments.refine < 0:
         raise InvalidInputError(f"--refine is {arguments.refine}; expected 0 or more finer levels")
     if not 0 <= arguments.points <= lattice.MAX_POINTS:

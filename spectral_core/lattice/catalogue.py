@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ready lattices: the best class and scales found for a dimension, rate and criterion, frozen for n to 10.
+"""Ready lattices: the best class and scales found for a dimension, rate and criterion, frozen for n to 10, and for
+packing to 16.
 
 The frozen scales come from the searches of ``optimization`` and ``covering`` with many starts over every class
 (``python -m benchmarks lattice-acceptance`` checks them); a ready lattice costs a dictionary lookup.
@@ -25,6 +26,7 @@ from spectral_core.lattice.polynomials import CharacteristicPolynomial
 CRITERIA = ("second_moment", "packing", "covering")
 """Goals of frozen scales: mean squared distance, least distance of two points, largest distance to a point."""
 MAX_FROZEN_DIMENSIONS = 10
+"""Of all criteria; the scales for packing go to 16."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,8 @@ def make_lattice(
     similarity contains a reflection where they are better. Given ``middle`` (the coefficient C) or ``log_scales`` (r,),
     the companion lattice of that polynomial is built with these scales instead (S = I without them).
 
-    Raises InvalidInputError if no scales are frozen (n above 10, rates other than 2 and 3): build with
-    criterion="unit", or search with ``optimize_packing`` or ``optimize_second_moment``.
+    Raises InvalidInputError if no scales are frozen (n above 10 except for packing, rates other than 2 and 3): build
+    with criterion="unit", or search with ``optimize_packing`` or ``optimize_second_moment``.
     """
     dimensions, rate = (
         require_whole(name, value, low, 1 << 30)
@@ -72,8 +74,7 @@ def make_lattice(
 def sampling_lattice(dimensions: int, rate: int = 2) -> Lattice:
     """Default lattice of points: the largest frozen packing radius.
 
-    Above MAX_FROZEN_DIMENSIONS, and for rates other than 2 and 3, the lattice with unit scales: its separation is
-    smaller.
+    For rates other than 2 and 3 it is the lattice with unit scales: its separation is smaller.
     """
     frozen = f"{dimensions},{rate}" in _table()
     return make_lattice(dimensions, rate, criterion="packing" if frozen else "unit")
@@ -84,11 +85,12 @@ def frozen_scales(dimensions: int, rate: int, criterion: str, *, improper: bool 
     if criterion not in CRITERIA:
         raise UnknownNameError.among("lattice criterion", str(criterion), CRITERIA)
     CharacteristicPolynomial(dimensions, rate)  # raises for a wrong dimension or rate
-    rows = _table().get(f"{dimensions},{rate}")
-    if rows is None:
+    rows = _table().get(f"{dimensions},{rate}", {})
+    if criterion not in rows:
         raise InvalidInputError(
-            f"no lattice of {dimensions} dimensions and rate {rate} is in the table, which has 1 to "
-            f"{MAX_FROZEN_DIMENSIONS} dimensions and the rates 2 and 3. Take the criterion 'unit', which needs no table"
+            f"no lattice of {dimensions} dimensions and rate {rate} is in the table for {criterion}, which has 1 to "
+            f"{MAX_FROZEN_DIMENSIONS} dimensions (16 for packing) and the rates 2 and 3. Take the criterion 'unit', "
+            "which needs no table"
         )
     row = rows.get(f"{criterion} improper") if improper else None
     row = row or rows[criterion]

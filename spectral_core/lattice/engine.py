@@ -35,7 +35,7 @@ class LatticeEngine(qmc.QMCEngine):
     Parameters
     ----------
     d
-        Dimensions, 1 to 16. Above 10 the lattice has unit scales, which separate less.
+        Dimensions, 1 to 16.
     points
         Size of the first level.
     rate

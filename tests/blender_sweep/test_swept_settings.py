@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -224,6 +225,30 @@ def test_a_setting_with_keyframes_is_refused_although_blender_shows_the_new_valu
     with pytest.raises(Exception, match=r"location\[0\] was set to 1\.0, but keyframes, a driver"):
         node_of(tmp_path, Parameter("x", 1, 2, path=path.format(0)))
     node_of(tmp_path, Parameter("y", 1, 2, path=path.format(1)))  # has none
+
+
+def test_a_place_that_a_constraint_decides_is_refused(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    """A constraint leaves the property as it was set, so the check passed, and all pictures were the same."""
+    from spectral_core.explore.sweep.parameters import Parameter
+
+    def node(path: str, high: float = 2.0) -> Any:
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+        return node_of(tmp_path, Parameter("x", 0, high, path=path))
+
+    place, turn = 'bpy.data.objects["Key"].location[0]', 'bpy.data.objects["Camera"].rotation_euler[2]'
+    bpy.data.objects["Key"].constraints.new("COPY_LOCATION").target = bpy.data.objects["Plane"]
+    with pytest.raises(Exception, match=r"location\[0\] moves nothing: a constraint decides"):
+        node(place)
+    bpy.data.objects["Key"].constraints[0].use_offset = True
+    node(place)
+    node(turn, 4 * math.pi)  # whole turns
+    bpy.data.objects["Camera"].constraints.new("TRACK_TO").target = bpy.data.objects["Plane"]
+    with pytest.raises(Exception, match="moves nothing"):  # up to rounding
+        node(turn)
+    bpy.data.objects["Camera"].constraints.clear()
+    bpy.data.objects["Camera"].rotation_mode = "QUATERNION"
+    with pytest.raises(Exception, match="or the rotation mode is another one"):
+        node(turn)
 
 
 @pytest.mark.parametrize(

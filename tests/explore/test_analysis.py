@@ -66,12 +66,49 @@ def test_a_gaussian_process_learns_a_smooth_function_and_proposes_its_minimum() 
     assert np.linalg.norm(propose(points[:12], values[:12])[0] - [0.3, 0.7]) < 0.15
 
 
+def branin(points: np.ndarray) -> np.ndarray:
+    """A usual test function of optimizers, over the unit square (Branin 1972)."""
+    x, y = 15 * points[:, 0] - 5, 15 * points[:, 1]
+    return (y - 5.1 / (4 * np.pi**2) * x**2 + 5 / np.pi * x - 6) ** 2 + 10 * (1 - 1 / (8 * np.pi)) * np.cos(x) + 10
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1.0, 1e6])
+def test_deviations_of_a_gaussian_process_are_as_large_as_its_errors(unit: float) -> None:
+    """They were those of a process as spread as the values: 20 times too small, so that 7 % of the errors were below
+    1.96 of them.
+    """
+    drawn = np.random.default_rng(5)
+    points, fresh = drawn.random((40, 2)), drawn.random((1000, 2))
+    mean, deviation = GaussianProcess.fit(points, unit * branin(points)).predict(fresh)
+    scores = (unit * branin(fresh) - mean) / deviation
+    assert (np.abs(scores) < 1.96).mean() > 0.85
+    assert 0.3 < np.sqrt(np.mean(scores**2)) < 2.0
+
+
 def test_sensitivities_of_a_sum_are_the_shares_of_its_terms() -> None:
     points = rng.random((120, 3))
     found = {one.name: one for one in sobol_indices(points, 3 * points[:, 0] + points[:, 1], "abc", base=512)}
     assert found["a"].first == pytest.approx(0.9, abs=0.05) and found["b"].total == pytest.approx(0.1, abs=0.05)
     assert found["c"].total == pytest.approx(0.0, abs=0.02)
     assert found["a"].first_interval[0] < 0.9 < found["a"].first_interval[1]
+
+
+def test_intervals_of_sensitivities_hold_the_truth_where_the_prediction_is_poor() -> None:
+    """They were those of the prediction alone: of 24 indices from 64 rows, 5 were outside of their 95 % interval."""
+    a, b = 7.0, 0.1  # Ishigami and Homma 1990
+    variance = a**2 / 8 + b * np.pi**4 / 5 + b**2 * np.pi**8 / 18 + 0.5
+    shared = b**2 * np.pi**8 * 8 / 225 / variance
+    first = [0.5 * (1 + b * np.pi**4 / 5) ** 2 / variance, a**2 / 8 / variance, 0.0]
+    total = [first[0] + shared, first[1], shared]
+    held = []
+    for seed in range(2):
+        points = np.random.default_rng(seed).random((64, 3))
+        angle = np.pi * (2 * points - 1)
+        values = np.sin(angle[:, 0]) + a * np.sin(angle[:, 1]) ** 2 + b * angle[:, 2] ** 4 * np.sin(angle[:, 0])
+        for one in sobol_indices(points, values, "012"):
+            held.append(one.first_interval[0] <= first[int(one.name)] <= one.first_interval[1])
+            held.append(one.total_interval[0] <= total[int(one.name)] <= one.total_interval[1])
+    assert sum(held) >= 11
 
 
 def test_picture_features_of_known_pictures() -> None:

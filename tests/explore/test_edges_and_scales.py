@@ -9,15 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.analysis.embedding import spectral_embedding
+from spectral_core.explore.features.expression import evaluate
 from spectral_core.explore.features.images import difference_features, image_features
 from spectral_core.explore.features.picture_files import read_display, read_linear
-from spectral_core.explore.sweep.designs import design_points
+from spectral_core.explore.sweep.batches.latin import latin_batches
+from spectral_core.explore.sweep.designs import Design, design_points
 from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.parameters import Parameter, Space
-from spectral_core.explore.sweep.region import bounding_region
+from spectral_core.explore.sweep.region import RegionOfInterest, bounding_region
+from spectral_core.lattice import progressive_points, unit_cube
 
 FUNCTION = {"kind": "function", "function": "none.py:f"}
 
@@ -190,3 +194,59 @@ def test_constraints_that_exclude_each_other_are_said_to(kind: str, region: dict
     parameters = [{"name": name, "low": 0.0, "high": 1.0} for name in "ab"]
     with pytest.raises(InvalidInputError, match="the region is empty: its ranges, constraints and ball exclude"):
         points_of(parameters, region=region, design={"kind": kind, "budget": 1000})
+
+
+def test_a_small_region_has_the_points_of_all_levels_in_their_order() -> None:
+    """Its first point is many levels below that of the ranges; level by level they took 9 s in 6 dimensions."""
+    names = "abcdef"
+    space = Space(tuple(Parameter(name) for name in names))
+    region = RegionOfInterest(constraints=(" + ".join(names) + " <= 1e-2",))
+    design = Design(budget=40).placed(space)
+    found = np.array([space.coordinates(point) for point in design_points(space, region, design)[0]])
+    points = progressive_points(design.frame, region.in_unit_cube(space), shifts=design.shifts)
+    while len(points) < 40:
+        points = points.refine()
+    np.testing.assert_array_equal(found, points.points[:40])
+
+
+def test_a_region_below_the_finest_level_says_what_to_do() -> None:
+    """The advice was to take a smaller region."""
+    names = "abcdef"
+    with pytest.raises(InvalidInputError, match="Widen the region, or choose the design Sobol"):
+        points_of(
+            [{"name": name} | {"low": 0, "high": 1} for name in names],
+            region={"constraints": [" + ".join(names) + " <= 1e-3"]},
+        )
+
+
+def test_large_hypercubes_are_not_exchanged_point_by_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hypercube of 100,000 points took minutes."""
+    asked: list[Any] = []
+
+    class Recorded(qmc.LatinHypercube):
+        def __init__(self, d: int, *, optimization: Any = None, rng: Any = None) -> None:
+            asked.append(optimization)
+            super().__init__(d, rng=rng)
+
+    monkeypatch.setattr(qmc, "LatinHypercube", Recorded)
+    for budget in (20, 100_000):
+        points = next(latin_batches(unit_cube(2), budget, 0))
+        assert np.array_equal(np.sort((points * budget).astype(int), axis=0), np.arange(budget)[:, None] + [[0, 0]])
+    assert asked == ["random-cd", None]
+
+
+@pytest.mark.parametrize("name", ["\u00b5_s", "\u2126", "\ufb01eld"])  # micro sign, ohm sign, a ligature
+def test_names_are_found_as_they_were_typed(name: str) -> None:
+    """Python's parser reads the micro sign as a Greek letter, so that no column of this name was found."""
+    assert evaluate(f"2 * {name}", {name: [1.0, 2.0]}) == [2.0, 4.0]
+    found = points_of([{"name": name, "low": 0, "high": 1}], region={"constraints": [f"{name} <= 0.25"]})
+    assert len(found) == 64 and max(point[name] for point in found) <= 0.25
+
+
+@pytest.mark.parametrize("name", ["lambda", "True", "x\u00b2"])
+def test_names_that_mean_something_else_are_named(name: str) -> None:
+    """`2 * True` was 2 in every row, and `2 * lambda` was no valid syntax."""
+    with pytest.raises(InvalidInputError, match=f"{name}.*give the column another name"):
+        evaluate(f"2 * {name}", {name: [1.0, 3.0]})
+    with pytest.raises(InvalidInputError, match="give the column another name"):
+        points_of([{"name": name, "low": 0, "high": 1}], region={"constraints": [f"{name} <= 0.25"]})

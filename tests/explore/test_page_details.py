@@ -137,6 +137,24 @@ def test_the_page_on_paper_is_light_and_complete(tmp_path: Path, dark: bool) -> 
         assert page.errors == []
 
 
+def test_numbers_of_a_wide_table_stay_whole_on_paper(tmp_path: Path) -> None:
+    """Of thirty columns each number was broken into four lines, and its digits stood beside those of the next."""
+    values = {f"column_{k}": [1.2345 * 10.0 ** (k - 15), -2.5 * 10.0 ** (k - 15)] for k in range(30)}
+    lines = """[...document.querySelectorAll('.rows .row span')].map((cell) => {
+        const range = document.createRange();
+        range.selectNodeContents(cell);
+        return range.getClientRects().length; })"""
+    lefts = "[...document.querySelectorAll('{} > *')].map((cell) => Math.round(cell.getBoundingClientRect().left))"
+    with Browser(720, 1000) as page:
+        page.open(page_of(tmp_path, **values))
+        page.run("document.getElementById('view-table').click(); dispatchEvent(new Event('beforeprint'))")
+        page.call("Emulation.setEmulatedMedia", {"media": "print"})
+        assert set(page.run(lines)) == {1}
+        names = page.run(lefts.format(".row.head"))
+        assert len(names) == 30 and page.run(lefts.format(".rows .row:first-child")) == names
+        assert page.errors == []
+
+
 def test_keys_reach_thumbnails_files_and_rows(tmp_path: Path) -> None:
     """A thumbnail took the focus and heard no key, *Open state* took none, and arrows marked no row of the table."""
     folder = tmp_path / "keys.cdb"

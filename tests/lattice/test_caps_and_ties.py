@@ -10,6 +10,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.lattice import (
     ball,
     box,
+    corner_simplex,
     frozen_scales,
     halfspaces,
     make_lattice,
@@ -160,3 +161,20 @@ def test_a_ball_in_unit_coordinates_that_touches_its_range_is_filled() -> None:
     low, high = (10 - 1) / 99, (60 - 1) / 99
     region = ball([(30 - 1) / 99, 0.5], [20 / 99, 0.3]) & box([low, 0], [high, 1])
     assert region.contains(progressive_fill(region, 20).points).all()
+
+
+@pytest.mark.parametrize(("n", "size"), [(3, 1e-3), (6, 1e-2), (8, 0.1)])
+def test_a_small_simplex_in_a_cube_is_searched_as_a_simplex_alone(n: int, size: float) -> None:
+    """The far faces of the cube, which it does not meet, made its ellipsoid 1e13 times as large."""
+    alone = corner_simplex(n, size)
+    around = [np.linalg.slogdet(anchor(region).metric)[1] for region in (alone, alone & unit_cube(n))]
+    # of the centers of both, one lies nearer to the corner, and the ellipsoid around it is somewhat larger
+    assert around[0] - around[1] < np.log(20.0) * n / 6
+
+
+def test_a_slab_keeps_the_distance_of_its_parallel_faces() -> None:
+    slab = halfspaces([[1, -1, 0], [-1, 1, 0]], [1e-3, 1e-3]) & unit_cube(3)
+    region = anchor(slab)
+    corners = np.array([[0, 1e-3, 0], [1, 1 - 1e-3, 1], [0, 0, 1], [1, 1, 0]])
+    reached = (corners - region.center - region.ellipsoid_center) @ region.metric.T
+    assert (np.linalg.norm(reached, axis=1) <= 1.0 + 1e-9).all()

@@ -85,12 +85,13 @@ def test_extra_classes_have_their_polynomial_and_are_not_companion() -> None:
             assert np.round(np.poly(one.dilation)).astype(int)[::-1].tolist() == list(one.polynomial.coefficients)
 
 
-@pytest.mark.parametrize("dimensions", range(2, 11))
+@pytest.mark.parametrize("dimensions", range(2, 17))
 @pytest.mark.parametrize("rate", [2, 3])
 def test_packing_radii_of_the_table(dimensions: int, rate: int) -> None:
     lattice = make_lattice(dimensions, rate, criterion="packing")
     radius, kissing = packing(lattice.generator)
-    assert abs(radius - PACKING[dimensions][rate - 2]) < 1e-6
+    if dimensions in PACKING:
+        assert abs(radius - PACKING[dimensions][rate - 2]) < 1e-6
     assert abs(radius - frozen_scales(dimensions, rate, "packing").value) < 1e-9
     assert kissing >= 2 * len(
         lattice.polynomial.block_sizes

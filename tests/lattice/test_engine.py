@@ -153,3 +153,13 @@ def test_the_command_states_what_would_take_hours(capsys: pytest.CaptureFixture[
     assert "discrepancy    not computed: more than 20,000 points" in printed
     assert json.loads(printed.splitlines()[-1])["evenness"]["discrepancy"] is None
     assert np.isfinite(evenness(np.random.default_rng(1).random((300, 2))).discrepancy)
+
+
+@pytest.mark.parametrize("dimensions", [11, 13, 16])
+def test_points_of_many_dimensions_are_farther_apart_than_sobol_points(dimensions: int) -> None:
+    """With unit scales they were nearer to each other than random points."""
+    from scipy.spatial.distance import pdist
+
+    ours = pdist(LatticeEngine(dimensions, points=64, rng=1).random(64)).min()
+    sobol = pdist(qmc.Sobol(dimensions, rng=np.random.default_rng(1)).random(64)).min()
+    assert ours > 1.05 * sobol

@@ -35,6 +35,8 @@ class GaussianProcess:
     noise: float
     mean: float
     spread: float
+    """s: standard deviation of the process, in the unit of the values. That of the values themselves is smaller where
+    the scales are long."""
     _factor: Array
     _weights: Array
 
@@ -49,8 +51,8 @@ class GaussianProcess:
             raise InvalidInputError(
                 f"a Gaussian process needs values that differ; all {len(y)} rows have {y[0]:g}. Name another column"
             )
-        mean, spread = float(y.mean()), float(y.std())
-        z = (y - mean) / spread
+        mean, unit = float(y.mean()), float(y.std())
+        z = (y - mean) / unit
         rng = np.random.default_rng(seed)
         part = np.arange(len(x)) if len(x) <= MAX_FITTED else np.sort(rng.choice(len(x), MAX_FITTED, replace=False))
         n = x.shape[1]
@@ -63,7 +65,9 @@ class GaussianProcess:
         )  # fmt: skip
         scales, noise = np.exp(best.x[:n]), float(np.exp(best.x[n]))
         factor = cholesky(_kernel(x, x, scales) + (noise + 1e-10) * np.eye(len(x)), lower=True)
-        return cls(x, scales, noise, mean, spread, factor, cho_solve((factor, True), z))
+        weights = cho_solve((factor, True), z)
+        spread = float(np.sqrt(max(z @ weights / len(x), 1e-300)))  # s of the likelihood's maximum, as in ``_loss``
+        return cls(x, scales, noise, mean, unit * spread, factor, weights / spread)
 
     def predict(self, points: ArrayLike) -> tuple[Array, Array]:
         """Mean and standard deviation at points (k, n)."""

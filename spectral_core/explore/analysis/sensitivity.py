@@ -4,7 +4,8 @@
 Estimators with a separate design (Saltelli, Morris) would need new renders. Here a Gaussian process is fitted to the
 existing rows, and the indices are those of its mean, by Saltelli's and Jansen's estimators (Saltelli et al. 2010, Table
 2) on Sobol points. Intervals are percentiles over bootstrap samples of these points, widened by the difference of the
-indices between processes fitted to different parts of the rows.
+indices between processes fitted to different parts of the rows, and by the share of variance that the process does not
+predict on omitted rows: whatever it misses may be due to any parameter, to several together, or to noise.
 """
 
 from __future__ import annotations
@@ -75,19 +76,25 @@ def sobol_indices(
     explained = (
         float(1 - np.nanmean(missed**2) / y.var()) if np.isfinite(missed).any() and y.var() > 0 else float("nan")
     )
+    missing = 0.0 if np.isnan(explained) else min(max(1.0 - explained, 0.0), 1.0)
     result = [
         Sensitivity(
-            name, float(first[k]), _interval(firsts[:, k], shift_first[k]), float(total[k]),
-            _interval(totals[:, k], shift_total[k]), explained,
+            name, float(first[k]), _interval(firsts[:, k], shift_first[k], missing), float(total[k]),
+            _interval(totals[:, k], shift_total[k], missing), explained,
         )
         for k, name in enumerate(names)
     ]  # fmt: skip
     return sorted(result, key=lambda one: -one.total)
 
 
-def _interval(samples: Array, shift: float) -> tuple[float, float]:
-    low, high = np.quantile(samples, [0.025, 0.975])
-    return float(low - shift), float(high + shift)
+def _interval(samples: Array, shift: float, missing: float) -> tuple[float, float]:
+    """Ends of an interval; ``missing`` is the share of variance that is not predicted.
+
+    With a prediction and a rest that are uncorrelated, an index is (1 - missing) times that of the prediction and
+    missing times that of the rest, which lies anywhere in [0, 1].
+    """
+    low, high = np.quantile(samples, [0.025, 0.975]) + np.array([-shift, shift])
+    return float(min(low, (1.0 - missing) * low)), float(max(high, (1.0 - missing) * high + missing))
 
 
 def _indices(

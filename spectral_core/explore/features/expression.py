@@ -9,9 +9,12 @@ of anything else, and no result larger than a column.
 from __future__ import annotations
 
 import ast
+import keyword
 import operator
+import re
+import unicodedata
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -53,6 +56,7 @@ FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
     "column_min": (1, 1, np.nanmin), "column_max": (1, 1, np.nanmax),
 }  # fmt: skip
 """Fewest and most arguments, and the function. The last five give one number for the whole column."""
+_WORDS = ("and", "or", "not", "if", "else")
 CONSTANTS = {"pi": np.pi, "e": np.e, "nan": np.nan, "inf": np.inf}
 
 
@@ -62,11 +66,14 @@ def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | st
     Raises InvalidInputError for anything but arithmetic over the columns, UnknownNameError for a column that is not
     there.
     """
+    require_readable(text, columns)
     tree = parse(text)
+    spelled = as_read(columns)
     length = len(next(iter(columns.values()), ()))
     cache: dict[str, Column] = {}
 
     def column(name: str) -> Column:
+        name = spelled.get(name, name)
         if name in CONSTANTS and name not in columns:
             return np.asarray(CONSTANTS[name])
         if name not in columns:
@@ -94,6 +101,21 @@ def as_column(values: Sequence[Any]) -> Column:
     if any(isinstance(value, str) for value in values):
         return np.array(["" if value is None else str(value)[:MAX_TEXT] for value in values])
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+def as_read(names: Iterable[str]) -> dict[str, str]:
+    """Names by what Python's parser makes of them: it reads the micro sign, for one, as a Greek letter."""
+    return {unicodedata.normalize("NFKC", name): name for name in names}
+
+
+def require_readable(text: str, names: Collection[str]) -> None:
+    """Raise InvalidInputError for a name in a text that Python's parser reads as another word, such as lambda."""
+    for word in re.findall(r"\w+", text) if isinstance(text, str) else ():
+        if word in names and word not in _WORDS and (keyword.iskeyword(word) or not word.isidentifier()):
+            raise InvalidInputError(
+                f"the column {word!r} cannot be used in {text[:80]!r}, where this word means something else or cannot "
+                "be read; give the column another name"
+            )
 
 
 def parse(text: str) -> ast.expr:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.explore.features.expression import as_read, require_readable
 from spectral_core.explore.sweep.parameters import Space
 
 MAX_LENGTH = 500
@@ -64,6 +65,7 @@ def parse_constraint(text: str, space: Space) -> list[LinearConstraint]:
     """
     if not isinstance(text, str) or len(text) > MAX_LENGTH:
         raise InvalidInputError(f"a constraint is a text of at most {MAX_LENGTH} characters; got {str(text)[:80]!r}")
+    require_readable(text, space.names)
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
@@ -93,11 +95,13 @@ def _linear(node: ast.expr, space: Space, text: str) -> dict[str, float]:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool) and abs(number) <= LARGEST:
             return {"": float(number)}
         case ast.Name(id=name):
+            name = as_read(space.names).get(name, name)
             _known(name, space, text)
             if space[name].scale == "log":
                 raise InvalidInputError(f"{name} is on a log scale; write log10({name}) in the constraint {text!r}")
             return {name: 1.0}
         case ast.Call(func=ast.Name(id="log10"), args=[ast.Name(id=name)], keywords=[]):
+            name = as_read(space.names).get(name, name)
             _known(name, space, text)
             if space[name].scale != "log":
                 raise InvalidInputError(f"{name} is on a linear scale; write {name} itself in the constraint {text!r}")

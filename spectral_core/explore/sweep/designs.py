@@ -23,7 +23,7 @@ from spectral_core.explore.sweep.batches.drawn import sobol_batches
 from spectral_core.explore.sweep.batches.latin import latin_batches
 from spectral_core.explore.sweep.parameters import Space, Value
 from spectral_core.explore.sweep.region import RegionOfInterest
-from spectral_core.lattice import Frame, Region, make_lattice, progressive_fill, progressive_points
+from spectral_core.lattice import Frame, Region, level_for, make_lattice, progressive_fill, progressive_points
 
 DesignKind = Literal["lattice", "sobol", "latin_hypercube", "list"]
 DESIGNS: tuple[DesignKind, ...] = ("lattice", "sobol", "latin_hypercube", "list")
@@ -32,6 +32,8 @@ MAX_BUDGET = 1_000_000
 MOST_LISTED = 4096
 """Combinations of whole numbers and choices that are counted one by one, with the constraints; up to the budget, if
 that is larger."""
+FEW = 16
+"""A region with less than this part of the budget at the lattice's first level is sampled from a finer one on."""
 MOST_TRIED = 50_000
 """Candidates that are tested, beyond 200 per point, before a region is reported to hold too few points."""
 Point = dict[str, Value]
@@ -217,6 +219,9 @@ def _fine_enough(design: Design) -> int:
 def _lattice_batches(region: Region, design: Design, most: int) -> Iterator[NDArray[np.float64]]:
     assert design.frame is not None
     points = progressive_points(design.frame, region, shifts=design.shifts)
+    if FEW * len(points) < design.budget:  # the order is that of refining level by level, which would take long
+        level = _first_level(design.frame, region, design.budget)
+        points = progressive_points(design.frame, region, level=level, shifts=design.shifts)
     done = 0
     while True:
         yield points.points[done:]
@@ -224,6 +229,17 @@ def _lattice_batches(region: Region, design: Design, most: int) -> Iterator[NDAr
         if done > most * 64:
             return  # whole numbers and choices are exhausted long before that
         points = points.refine()
+
+
+def _first_level(frame: Frame, region: Region, budget: int) -> int:
+    """The level of a lattice at which a small region has about ``budget`` points."""
+    try:
+        return level_for(frame, region, budget)
+    except InvalidInputError as error:
+        raise InvalidInputError(
+            f"the region is so small a part of the ranges that the lattice over them has not {budget} points in it at "
+            "its finest level. Widen the region, or choose the design Sobol (kind = 'sobol')"
+        ) from error
 
 
 def _combinations(space: Space, region: RegionOfInterest) -> int | None:

@@ -24,6 +24,9 @@ THINNEST = 1e-7
 """Least accepted width relative to the largest: thinner regions have no interior in double precision."""
 MAX_ELLIPSOID_ROWS = 60
 """Most rows that determine the enclosing ellipsoid (n (n + 1) / 2 suffice for the best one)."""
+MET_WIDTH = 2.0
+"""Width on the far side of a row up to which its parallel row counts as met: beyond, other rows may cut the region long
+before, as a small simplex in the unit cube."""
 MAX_TANGENTS = 200
 """Tangent planes tried to find a point inside a ball that half-spaces cut."""
 
@@ -223,7 +226,7 @@ def _optimal_weights(rows: Matrix) -> Matrix:
 
 
 def _opposite_widths(rows: Matrix, used: NDArray[np.int64]) -> Matrix:
-    """-min row·v over {rows v <= 1} for the rows used: from a parallel row, else by linear program."""
+    """-min row·v over {rows v <= 1} for the rows used: from a parallel row that may be met, else by linear program."""
     from scipy.optimize import linprog
 
     lengths = np.linalg.norm(rows, axis=1)
@@ -231,8 +234,8 @@ def _opposite_widths(rows: Matrix, used: NDArray[np.int64]) -> Matrix:
     widths = np.empty(len(used))
     for position, i in enumerate(used):
         parallel = np.flatnonzero(units @ units[i] < -1.0 + 1e-12)
-        if len(parallel):
-            widths[position] = (lengths[i] / lengths[parallel]).min() * (1.0 + 1e-9)
+        if len(parallel) and (width := float((lengths[i] / lengths[parallel]).min())) < MET_WIDTH:
+            widths[position] = width * (1.0 + 1e-9)
             continue
         answer = linprog(rows[i], A_ub=rows, b_ub=np.ones(len(rows)), bounds=(None, None), method="highs")
         if answer.status != 0:

@@ -22,6 +22,9 @@ Matrix = NDArray[np.float64]
 POOL = 16
 """Points of the region, per point of the hypercube, from which quantiles are taken."""
 MOST_POOLED = 2**20
+MOST_OPTIMIZED = 5000
+"""Points of a hypercube whose discrepancy is made small by exchanges, about a second for a thousand; a hundred thousand
+would take minutes for a share of the gain."""
 MOST_BATCHES = 32
 """Batches that the quantiles of a narrow region may need, beyond those of the hypercube's own points."""
 NEAR = 64
@@ -40,7 +43,7 @@ def latin_batches(region: Region, wanted: int, seed: int) -> Iterator[Matrix]:
 
     low, high = bounding_box(region)
     rng = np.random.default_rng(seed)
-    optimization: Literal["random-cd"] | None = "random-cd"
+    optimization: Literal["random-cd"] | None = "random-cd" if wanted <= MOST_OPTIMIZED else None
     while True:
         drawn = qmc.LatinHypercube(region.dimensions, optimization=optimization, rng=rng).random(wanted)
         optimization = None  # takes seconds for a thousand points, and further hypercubes only fill up
