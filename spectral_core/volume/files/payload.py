@@ -30,6 +30,10 @@ BROKEN_STREAM = (EOFError, OSError, zlib.error, lzma.LZMAError)
 """Errors of the standard decompressors for a truncated or damaged stream."""
 
 
+class EmptyGridError(FileFormatError):
+    """A grid has no voxels: a file by itself shows nothing, but a frame of a sequence may be empty."""
+
+
 def open_payload(path: Path, named_by: Path) -> BinaryIO:
     """Open the data file that header ``named_by`` names; raises FileFormatError if it does not exist or is no regular
     file.
