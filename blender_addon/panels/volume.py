@@ -17,7 +17,7 @@ from ..drawing.icons import swatch_icon
 from ..operators.volume import shown_volume, volume_in
 from ..translate.spectra.stored import spectrum_of
 from ..translate.volume_looks.curves import curve_node
-from ..translate.volume_looks.transfer import value_range
+from ..translate.volume_looks.transfer import curve_ends
 from .parts import draw_curve, draw_source, draw_swatches, is_editable, takes_from_palette, wrapped
 
 LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
@@ -185,7 +185,7 @@ def _draw_curve_of(
 def _draw_ends(box: UILayout, data: Volume, which: str) -> None:
     """Draw the values at both ends of a curve over the data, if an import has stored them."""
     try:
-        ends = value_range(data)
+        ends = curve_ends(data)
     except SpectralError as error:
         wrapped(box, bpy.context, str(error), icon="ERROR")
         return

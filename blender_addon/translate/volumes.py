@@ -80,6 +80,9 @@ def translate_volume(found: Collected, name: str, obj: Any, instance: Any) -> Vo
         # Not of ``placed``, which is made anew at each edit.
         known = volume_looks.value_range(data) or volume.range_without_fill_values
         transfer = stated.for_volume(placed, known)
+        low, high = volume.value_range
+        if not (transfer.shows(low, high) or obj.data.is_sequence):  # smoke may begin empty
+            translation.note(obj.name, f"its transfer function shows nothing of its values from {low:g} to {high:g}")
     except SpectralError as error:
         raise InvalidInputError(str(error)) from error  # the walk over the objects notes it and continues
     return VolumeObject(name, placed.data, placed.world_from_index, transfer, **look_of(settings))

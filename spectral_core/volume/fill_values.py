@@ -72,6 +72,15 @@ def without_fill_values(values: np.ndarray) -> np.ndarray:
     return values
 
 
+def with_width(low: float, high: float) -> tuple[float, float]:
+    """The range ``low`` to ``high`` of a field, made wide if it has one value: that of a field above 0 begins at 0, as
+    grids are empty there, so that its value is the greatest; another one is the least.
+    """
+    if high > low:
+        return low, high
+    return (0.0, high) if high > 0.0 else (low, low + 1.0)
+
+
 def _gap(value: float, voxels: int, is_measured: bool) -> float:
     """Least gap, in ranges of the other values, that makes ``value`` a fill value; infinite if none does."""
     if _is_mark(value):

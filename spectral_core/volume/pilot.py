@@ -11,9 +11,9 @@ and ``Pilot.joined`` measures these pixels themselves beside the sample of the o
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,26 @@ from numpy.typing import NDArray
 from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, Quadrature, quadratures_of
 from spectral_core.volume.march.rules import Rule
-from spectral_core.volume.pilot_places import Places, missed_by_sample, most_apart, places_with
+from spectral_core.volume.pilot_places import (
+    BAND,
+    Places,
+    RaySet,
+    RayTracer,
+    missed_by_sample,
+    most_apart,
+    on_device,
+    places_with,
+)
 from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db
-from spectral_core.volume.pilot_rounding import Rounded, other_roundings
-from spectral_core.volume.pilot_trials import RAY, Trial, cheapest, is_beaten, next_log_scale
+from spectral_core.volume.pilot_trials import (
+    RAY,
+    Trial,
+    cheapest,
+    falls_behind,
+    finest_worth,
+    is_beaten,
+    next_log_scale,
+)
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -39,6 +55,7 @@ _SIGHT_2D = Limits(1e-3, 1.0, 1.0 / 16.0, ends_at_faces=True)
 _SIGHTS: dict[Quadrature, tuple[float, Limits]] = {"preintegrated": (1.0, _SIGHT), "midpoint": (1.0 / 16.0, _SIGHT_2D)}
 # Shares of the measured error, and of their differences, that odd pixels have beyond what the sample expects of them.
 _WORTH, _UNEXPECTED = 0.25, 0.35
+_NARROW = 1.0 / 32.0  # of a voxel, on the way through a peak: more than thirty steps of a voxel pass it by for each hit
 # Processor time of what else an iteration of the loop does, in iterations of the uniform midpoint march with one record
 # packet, and of a ray's first value; fitted to 360 marches of fields and functions drawn by a seed.
 _ADAPTIVE, _FACES, _PREINTEGRATED, _PACKET = 0.05, 0.05, 0.05, 0.1
@@ -53,18 +70,6 @@ _IN_TUNE = (1.0, 1.02, 1.04)  # such a gain may lie within a fiftieth of a step
 _FINEST, _COARSEST = 5e-3, 64.0  # scales beyond which the steps of every rule are at their limits
 # Longer uniform steps, in voxels, are not planned: one or two steps per ray reach 40 dB in fog, but show as bands.
 _LONGEST: dict[Rule, float] = {"uniform": 4.0}
-
-
-class RayTracer(Rounded, Protocol):
-    """The methods of a renderer that a pilot calls."""
-
-    def shown_corners(self, transfer: TransferFunction) -> Array:
-        """World corners (8, 3) of the part of the field that is visible under ``transfer``."""
-
-    def trace(
-        self, view: View, transfer: TransferFunction, stepping: Stepping, pixels: tuple[Any, Any], limits: Limits
-    ) -> list[NDArray[Any]]:
-        """Amounts per material, transmittance, samples and iterations of the rays through ``pixels``."""
 
 
 class Pilot:
@@ -82,6 +87,8 @@ class Pilot:
         Number of rays; all pixels where the picture has fewer.
     single
         (n, 2) columns and rows of pixels that are measured themselves; the other rays are a sample of the rest.
+    before
+        A pilot of as many sampled rays of this picture, and of the first of the single ones, whose marches are known.
     """
 
     def __init__(
@@ -92,22 +99,29 @@ class Pilot:
         quality_db: float,
         count: int = PILOT_RAYS,
         single: NDArray[np.int64] | None = None,
+        before: Pilot | None = None,
     ) -> None:
         self.renderer, self.view, self.transfer, self.quality_db = renderer, view, transfer, quality_db
         self.palette = palette_matrix(transfer)
         self.places: Places = places_with(view, renderer.shown_corners(transfer), count, single)
         x, y, self.is_whole = self.places.x, self.places.y, self.places.is_whole
         self.count, self._quadrature = self.places.sampled, quadratures_of(transfer.uses_gradient)[-1]
-        self.pixels = (renderer.types.Float64(x), renderer.types.Float64(y))
+        self._sets: list[RaySet] = [] if before is None else list(before._sets)
+        self._seen: dict[tuple[float, float], Array] = {} if before is None else before._seen
+        known = sum(each.count for each in self._sets)
+        if known < len(x):
+            first = self._sets[0] if self._sets else None
+            keeps = count <= PILOT_RAYS
+            self._sets.append(RaySet(renderer, view, transfer, x[known:], y[known:], keeps=keeps, first=first))
         self._tried: dict[Stepping, Trial] = {}
-        made = refined_reference(lambda way: self._march(way, REFERENCE)[0], self._quadrature, quality_db + 6.0)
-        for changed, less_db in other_roundings(renderer, view, transfer, x, y):
-            made = limited_by_rounding(made, partial(self._referred, changed), self._quadrature, less_db)
+        made = refined_reference(self._referred(0), self._quadrature, quality_db + 6.0)
+        for rounding, (_, less_db) in enumerate(self._sets[0].roundings[1:], 1):
+            made = limited_by_rounding(made, self._referred(rounding), self._quadrature, less_db)
         self.reference, self.reference_db, self.reference_scale = made.colors, made.snr_db, made.scale
         self.is_rounded = made.is_rounded
 
-    def _referred(self, changed: dict[str, Any], way: Stepping) -> Array:
-        return self._march(way, REFERENCE, **changed)[0]
+    def _referred(self, rounding: int) -> Callable[[Stepping], Array]:
+        return lambda way: self._march(way, REFERENCE, rounding)[0]
 
     @property
     def signal_spread(self) -> float:
@@ -125,6 +139,14 @@ class Pilot:
         source = max(float(m.extinction.max()) + e for m, e in zip(materials, emission, strict=True))
         return source * float(self.renderer.volume.voxel_size.max())
 
+    @property
+    def is_narrow(self) -> bool:
+        """True if the value may pass a peak, an edge or a gap within a small part of a voxel: few steps then meet it,
+        and these few are wrong by all of it.
+        """
+        widths = np.concatenate([np.diff(material.values) for material in self.transfer.materials])
+        return bool(widths[widths > 0].min(initial=np.inf) < _NARROW * self.renderer.steepest(self.transfer))
+
     def sharper(self) -> Pilot:
         """A pilot of the same rays whose reference has an error 25 dB smaller, as far as single precision allows."""
         return self._like(self.quality_db + 25.0)
@@ -139,7 +161,8 @@ class Pilot:
 
     def _like(self, quality_db: float, *, times: int = 1, pixels: NDArray[np.int64] | None = None) -> Pilot:
         single = self.places.single if pixels is None else np.concatenate([self.places.single, pixels])
-        return Pilot(self.renderer, self.view, self.transfer, quality_db, times * self.count, single)
+        known = self if times == 1 else None
+        return Pilot(self.renderer, self.view, self.transfer, quality_db, times * self.count, single, known)
 
     def odd_pixels(self, trial: Trial, *, always: bool = False) -> NDArray[np.int64]:
         """(n, 2) columns and rows of the pixels in which a stepping is most likely wrong, ``PILOT_RAYS`` / 4 at most.
@@ -152,8 +175,11 @@ class Pilot:
         fine = Stepping("uniform", self._quadrature, scale)
 
         def compared(x: Array, y: Array) -> tuple[Array, Array]:
-            pixels = (self.renderer.types.Float64(x), self.renderer.types.Float64(y))
-            shown, seen = (self._colors(*way, pixels)[0] for way in ((trial.stepping, USUAL), (fine, limits)))
+            pixels = on_device(self.renderer, x, y)
+            shown, place = self._traced(trial.stepping, USUAL, pixels), (float(x[0]), float(y[0]))
+            seen = self._seen[place] if place in self._seen else self._traced(fine, limits, pixels)
+            if self.places.pixels <= BAND:  # a search may follow for other steps; of larger pictures it is rare
+                self._seen[place] = seen
             return np.sum((shown - seen) ** 2, axis=-1), np.sum(seen**2, axis=-1)
 
         corners = self.renderer.shown_corners(self.transfer)
@@ -187,15 +213,17 @@ class Pilot:
         return 1.0 + rule + _PREINTEGRATED * integrates + _PACKET * (packets - 1)
 
     def tuned(self, way: Stepping, quality_db: float, within_db: float, rival: Trial | None = None) -> Trial:
-        """As ``solve``, and then the coarsest of a few steps beyond that reaches the target as well."""
+        """As ``solve``, and then the coarsest of a few steps beyond that reaches the target as well.
+
+        None of these is tried if even the longest one would be worse than ``rival``, which reaches the target.
+        """
         best = self.solve(way, quality_db, within_db, rival=rival)
-        if best.snr_db < quality_db:
+        factors = _TUNING.get(way.rule, _TUNING["error"])
+        behind = rival is not None and falls_behind(best, rival, factors[-1], within_db)
+        if best.snr_db < quality_db or behind:
             return best
         scale = best.stepping.scale
-        further = [
-            self.try_out(replace(way, scale=min(scale * factor, coarsest(way.rule))))
-            for factor in _TUNING.get(way.rule, _TUNING["error"])
-        ]
+        further = [self.try_out(replace(way, scale=min(scale * factor, coarsest(way.rule)))) for factor in factors]
         return cheapest([best, *further], quality_db)
 
     def in_tune(self, trial: Trial, quality_db: float, rival: Trial) -> Trial:
@@ -225,6 +253,8 @@ class Pilot:
             if any(0.0 <= t.snr_db - quality_db < within_db for t in trials):
                 break
             wanted = math.exp(next_log_scale(trials, quality_db + 0.5 * within_db))
+            if rival is not None and trials[-1].snr_db < quality_db:
+                wanted = max(wanted, finest_worth(trials[-1], rival))
             scale = float(np.clip(wanted, _FINEST, coarsest(way.rule)))
             if any(abs(math.log(scale / t.stepping.scale)) < 1e-3 for t in trials):
                 break
@@ -235,31 +265,20 @@ class Pilot:
                 break
         return cheapest(trials, quality_db)
 
-    def _march(
-        self,
-        stepping: Stepping,
-        limits: Limits = USUAL,
-        pixels: tuple[Any, Any] | None = None,
-        view: View | None = None,
-        transfer: TransferFunction | None = None,
-    ) -> tuple[Array, float, float]:
+    def _march(self, stepping: Stepping, limits: Limits = USUAL, rounding: int = 0) -> tuple[Array, float, float]:
         """Colors of the pilot rays, times the root of what each counts; mean samples and iterations."""
-        colors, counts = self._colors(stepping, limits, pixels or self.pixels, view, transfer)
+        parts = [each.march(stepping, limits, rounding) for each in self._sets]
+        channels = [np.concatenate(each) for each in zip(*parts, strict=True)]
         weights = self.places.weights
-        samples, steps = (float(np.average(each, weights=weights)) for each in counts)
-        return colors * np.sqrt(weights)[:, None], samples, steps
+        samples, steps = (float(np.average(each, weights=weights)) for each in channels[-2:])
+        return self._colors(channels) * np.sqrt(weights)[:, None], samples, steps
 
-    def _colors(
-        self,
-        stepping: Stepping,
-        limits: Limits,
-        pixels: tuple[Any, Any],
-        view: View | None = None,
-        transfer: TransferFunction | None = None,
-    ) -> tuple[Array, list[NDArray[Any]]]:
-        channels = self.renderer.trace(view or self.view, transfer or self.transfer, stepping, pixels, limits)
-        k = len(self.transfer.materials)
-        return np.stack(channels[:k], axis=-1).astype(np.float64) @ self.palette, channels[k + 1 :]
+    def _traced(self, stepping: Stepping, limits: Limits, pixels: tuple[Any, Any]) -> Array:
+        return self._colors(self.renderer.trace(self.view, self.transfer, stepping, pixels, limits))
+
+    def _colors(self, channels: list[NDArray[Any]]) -> Array:
+        colors: Array = np.stack(channels[: len(self.transfer.materials)], axis=-1).astype(np.float64) @ self.palette
+        return colors
 
 
 def coarsest(rule: Rule) -> float:

@@ -1,25 +1,102 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places of pilot rays in a picture: a sample of the visible part, all of its pixels, or a sample and single pixels."""
+"""Places of pilot rays in a picture, and their marches: a sample of the visible part, all of its pixels, or a sample
+and single pixels.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.volume.image import Stepping
+from spectral_core.volume.march.march_input import Limits
+from spectral_core.volume.pilot_rounding import Rounded, other_roundings
+from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
 Array = NDArray[np.float64]
 Pixels = NDArray[np.int64]
 
+Channels = list[NDArray[Any]]
 Compared = Callable[[Array, Array], tuple[Array, Array]]
 
-_BAND = 1 << 20  # pixels that are marched at a time
+BAND = 1 << 20
+"""Pixels that are marched at a time."""
 _NEARLY_ALL = 0.999  # of the differences of those pixels: the smallest ones cost as much as the others
 _NEGLIGIBLE = 10.0**-9.5  # of a picture's energy: what all differences that are left out have together at most
+
+
+class RayTracer(Rounded, Protocol):
+    """The methods of a renderer that a pilot calls."""
+
+    def shown_corners(self, transfer: TransferFunction) -> Array:
+        """World corners (8, 3) of the part of the field that is visible under ``transfer``."""
+
+    def steepest(self, transfer: TransferFunction) -> float:
+        """Most that the data value changes over a voxel, where something is visible under ``transfer``."""
+
+    def trace(
+        self, view: View, transfer: TransferFunction, stepping: Stepping, pixels: tuple[Any, Any], limits: Limits
+    ) -> Channels:
+        """Amounts per material, transmittance, samples and iterations of the rays through ``pixels``."""
+
+
+class RaySet:
+    """Rays of a picture on the device. What a march of them found is kept, for pilots that add rays to them.
+
+    Parameters
+    ----------
+    renderer, view, transfer
+        What the rays march through.
+    x, y
+        (n,) picture coordinates in pixels.
+    keeps : bool
+        False for many rays, whose marches would take much memory.
+    first
+        An earlier set of the same picture.
+    """
+
+    def __init__(
+        self,
+        renderer: RayTracer,
+        view: View,
+        transfer: TransferFunction,
+        x: Array,
+        y: Array,
+        *,
+        keeps: bool = True,
+        first: RaySet | None = None,
+    ) -> None:
+        self.count, self._renderer, self._keeps = len(x), renderer, keeps
+        self._usual: dict[str, Any] = {"view": view, "transfer": transfer, "pixels": on_device(renderer, x, y)}
+        self.roundings: list[tuple[dict[str, Any], float]] = [
+            ({}, 0.0),
+            *other_roundings(renderer, view, transfer, x, y),
+        ]
+        """What to change in a march to round otherwise, and the dB of ``other_roundings``; first no change."""
+        if first is not None:  # a renderer prepares each function once, and knows it by its object
+            self.roundings[2:] = first.roundings[2:]
+        self._marched: dict[tuple[Stepping, Limits, int], Channels] = {}
+
+    def march(self, stepping: Stepping, limits: Limits, rounding: int = 0) -> Channels:
+        """Amounts per material, transmittance, samples and iterations, rounded by one of ``roundings``."""
+        key = (stepping, limits, rounding)
+        found = self._marched.get(key)
+        if found is None:
+            found = self._renderer.trace(stepping=stepping, limits=limits, **self._usual | self.roundings[rounding][0])
+            if self._keeps:
+                self._marched[key] = found
+        return found
+
+
+def on_device(renderer: RayTracer, x: Array, y: Array) -> tuple[Any, Any]:
+    """Picture coordinates as arrays that a renderer marches."""
+    return renderer.types.Float64(x), renderer.types.Float64(y)
 
 
 @dataclass(frozen=True)
@@ -46,7 +123,7 @@ def places_with(view: View, corners: Array, count: int, single: Pixels | None = 
     A ray of the sample counts as much as its share of the pixels that are not single.
     """
     x, y, is_whole = pilot_places(view, corners, count)
-    pixels = np.zeros((0, 2), np.int64) if single is None or is_whole else np.unique(single, axis=0)
+    pixels = np.zeros((0, 2), np.int64) if single is None or is_whole else _first_of_each(single)
     weights, n = np.ones(len(x)), len(x)
     first, last = rectangle(view, corners)[2:]
     visible = max(int(np.prod(np.maximum(last - first, 0))), 1)
@@ -60,6 +137,11 @@ def places_with(view: View, corners: Array, count: int, single: Pixels | None = 
     return Places(x, y, weights, n, pixels, visible, is_whole)
 
 
+def _first_of_each(pixels: Pixels) -> Pixels:
+    """The (n, 2) pixels without repetitions, in their order: marches of the first ones stay those of the first rays."""
+    return pixels[np.sort(np.unique(pixels, axis=0, return_index=True)[1])]
+
+
 def most_apart(view: View, corners: Array, compared: Compared, most: int) -> tuple[Pixels, Array, float]:
     """(n, 2) columns and rows of at most ``most`` pixels in which two pictures differ most, their (n,) differences, and
     the energy of the picture. Differences without effect are left out.
@@ -68,7 +150,7 @@ def most_apart(view: View, corners: Array, compared: Compared, most: int) -> tup
     is asked for all pixels of the rectangle that ``corners`` project to, some rows at a time.
     """
     first, last = rectangle(view, corners)[2:]
-    rows = max(4, _BAND // max(int(last[0] - first[0]), 1) // 4 * 4)
+    rows = max(4, BAND // max(int(last[0] - first[0]), 1) // 4 * 4)
     found, at, energy = np.zeros(0), np.zeros((0, 2)), 0.0
     for top in range(int(first[1]), int(last[1]), rows):
         x, y = _in_tiles((int(first[0]), top), (int(last[0]), min(top + rows, int(last[1]))))

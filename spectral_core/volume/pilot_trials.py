@@ -12,7 +12,8 @@ from spectral_core.volume.image import Stepping
 
 RAY = 1.6
 """Time of a ray before its first iteration, in iterations of a uniform midpoint march; fitted as those of ``Pilot``."""
-_MORE = 1.06  # times the samples of a rival at which a search ends: more than auto asks a rival to save
+# Times the samples of a rival, and times its time, at which a search ends: more than auto asks a rival to save.
+_MORE, _LONGER = 1.06, 1.08
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,26 @@ def is_beaten(trial: Trial, rival: Trial, quality_db: float) -> bool:
     return (
         trial.snr_db < quality_db <= rival.snr_db and trial.cost > rival.cost and trial.samples > _MORE * rival.samples
     )
+
+
+def falls_behind(trial: Trial, rival: Trial, longer: float, within_db: float) -> bool:
+    """True if no steps up to ``longer`` times those of a trial that reaches the target are better than a rival's.
+
+    Their number falls by that factor at most, and a trial up to ``within_db`` above the target counts as one of fewer.
+    """
+    fewer = 10.0 ** (-within_db / 40.0) / longer
+    least = trial.begin + trial.iteration * trial.steps * fewer
+    return least > _LONGER * rival.cost and trial.samples * fewer > _MORE * rival.samples
+
+
+def finest_worth(trial: Trial, rival: Trial) -> float:
+    """Scale of the steps at which a search below the target falls behind a rival, if steps grow with their scale.
+
+    It is somewhat below, because adaptive steps grow less than their scale.
+    """
+    steps = (rival.cost - trial.begin) / trial.iteration
+    factors = trial.steps / max(steps, 1e-9), trial.samples / (_MORE * max(rival.samples, 1e-9))
+    return 0.85 * trial.stepping.scale * min(*factors, 1.0)
 
 
 def cheapest(trials: list[Trial], quality_db: float) -> Trial:

@@ -23,8 +23,9 @@ from spectral_core.errors import UnknownNameError
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import QUADRATURES, Quadrature, no_integrals, quadratures_of
 from spectral_core.volume.march.rules import RULES, Rule
-from spectral_core.volume.pilot import MOST_RAYS, PILOT_RAYS, Pilot, RayTracer
-from spectral_core.volume.pilot_trials import Trial
+from spectral_core.volume.pilot import MOST_RAYS, PILOT_RAYS, Pilot
+from spectral_core.volume.pilot_places import RayTracer
+from spectral_core.volume.pilot_trials import Trial, cheapest
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
@@ -39,7 +40,8 @@ _CLEAR_DB, _BEST_DB = 12.0, 90.0
 _SPREAD = 0.1
 _FAINT = 0.5  # optical depth of a voxel up to which a few pixels with a small object do not count
 _MOST_PIXELS = 1 << 20  # of a picture with a measured error that are looked at: as much work as some samples per pixel
-_SEARCHES = 3  # times that the pixels are looked for in which the chosen steps are wrong
+# Times that other steps are chosen after pixels were found in which the chosen ones are wrong, and that a way may fail.
+_SEARCHES, _FAILURES = 4, 2
 
 
 @dataclass(frozen=True)
@@ -121,20 +123,14 @@ def plan(
         raise no_integrals()
     pilot = Pilot(renderer, view, transfer, quality)
     trials, best = _found(pilot, ways, quality)
-    for _ in range(_SEARCHES):
-        odd = _odd_pixels(pilot, best)
-        if not len(odd):
-            break
-        pilot = pilot.joined(odd)
-        same = pilot.try_out(best.stepping)
-        if same.snr_db >= quality - _SHORT_DB:
-            best = same
-            break
-        trials, best = _found(pilot, ways, quality)  # another way may be right in these pixels, too
-    first = pilot
+    pilot, trials, best = _seen_everywhere(pilot, ways, trials, best, quality)
+    first, seen = pilot, best.stepping
     pilot, best = _stated(pilot, best, quality)
     if best.snr_db < quality - _SHORT_DB and pilot.count > first.count:  # another way may be right on more rays, too
         trials, best = _found(pilot, ways, quality)
+    if best.stepping != seen and len(odd := _odd_pixels(pilot, best)):
+        pilot = pilot.joined(odd)
+        best = cheapest([pilot.try_out(each) for each in (best.stepping, seen)], quality - _SHORT_DB)
     return Plan(
         best.stepping,
         best.snr_db,
@@ -171,14 +167,45 @@ def _found(pilot: Pilot, ways: list[Stepping], quality_db: float) -> tuple[tuple
     return trials, pilot.solve(_choose(trials, quality_db).stepping, quality_db, _CHOSEN_DB)
 
 
+def _seen_everywhere(
+    pilot: Pilot, ways: list[Stepping], trials: tuple[Trial, ...], best: Trial, quality_db: float
+) -> tuple[Pilot, tuple[Trial, ...], Trial]:
+    """The pilot with the pixels in which ``best`` is wrong, and another choice if it misses the target there.
+
+    Steps of another length may be wrong in other pixels, so each choice is looked at. A way that fails twice is left
+    out; if every choice fails, the one of greatest SNR is taken.
+    """
+    failed: list[Stepping] = []
+    while len(odd := _odd_pixels(pilot, best)):
+        pilot = pilot.joined(odd)
+        best = pilot.try_out(best.stepping)
+        if best.snr_db >= quality_db - _SHORT_DB:
+            break
+        failed.append(best.stepping)
+        if len(failed) > _SEARCHES:
+            best = max((pilot.try_out(each) for each in failed), key=lambda trial: trial.snr_db)
+            break
+        names = [_way(each) for each in failed]
+        left = [way for way in ways if names.count(_way(way)) < _FAILURES] or ways
+        again, best = _found(pilot, left, quality_db)
+        trials = tuple({_way(each.stepping): each for each in (*trials, *again)}.values())
+    return pilot, trials, best
+
+
+def _way(stepping: Stepping) -> tuple[str, str]:
+    return stepping.rule, stepping.quadrature
+
+
 def _odd_pixels(pilot: Pilot, best: Trial) -> NDArray[np.int64]:
     """(n, 2) pixels that pilot rays may have missed.
 
     A sample without an error says nothing of a few pixels, and one whose error is that of a few rays says little. Where
     a voxel is opaque, an object smaller than a step is as bright as a large one, so that any sample may have missed it.
+    Where a peak is narrow, the one step in thousands that meets it counts it as wide as the step.
     """
     is_measured = math.isfinite(best.snr_db) and not best.is_bound and _uncertainty(pilot, best) <= _SPREAD
-    is_certain = is_measured and (pilot.opacity <= _FAINT or pilot.places.pixels > _MOST_PIXELS)
+    is_mild = pilot.opacity <= _FAINT and not pilot.is_narrow
+    is_certain = is_measured and (is_mild or pilot.places.pixels > _MOST_PIXELS)
     return (
         np.zeros((0, 2), np.int64)
         if pilot.is_whole or is_certain

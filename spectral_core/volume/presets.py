@@ -11,7 +11,7 @@ import numpy as np
 from spectral_core.checks import require_kind, require_range
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.fill_values import some_values, without_fill_values
+from spectral_core.volume.fill_values import some_values, with_width, without_fill_values
 from spectral_core.volume.gradient import gradient_magnitude
 from spectral_core.volume.transfer import Material, TransferFunction
 
@@ -32,8 +32,7 @@ def _places(volume: ScalarVolume) -> tuple[np.ndarray, float]:
     low, high = float(some[0]), float(np.percentile(some, 99.9))
     if high <= low:
         high = float(some[-1])
-    if high <= low:
-        high = low + 1.0
+    low, high = with_width(low, high)
     return low + (high - low) * np.linspace(0, 1, 11), float(np.prod(volume.voxel_size) ** (1 / 3))
 
 

@@ -89,6 +89,14 @@ class VolumeRenderer:
         corners = np.array([[(low, high)[i >> a & 1][a] for a in range(3)] for i in range(8)])
         return corners @ self.volume.world_from_index[:3, :3].T + self.volume.world_from_index[:3, 3]
 
+    def steepest(self, transfer: TransferFunction) -> float:
+        """Most that the data value changes over a voxel, where something is visible under ``transfer``; 0 if nothing
+        is.
+        """
+        statistics = self.statistics("error")
+        shows, _ = self.prepare(transfer).ranges.empties(statistics)
+        return float(statistics.slope[shows].max(initial=0.0))
+
     def render(
         self,
         view: View,

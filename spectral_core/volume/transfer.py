@@ -133,6 +133,16 @@ class TransferFunction:
         scaled = [replace(m, extinction=m.extinction * factor, emission=_emission(m) * factor) for m in self.materials]
         return replace(self, materials=tuple(scaled))
 
+    def shows(self, low: float, high: float) -> bool:
+        """True if some value between ``low`` and ``high`` is visible; gradient weights do not count."""
+        for material in self.materials:
+            inside = (material.values >= low) & (material.values <= high)
+            for heights in (material.extinction, _emission(material)):
+                ends = interpolate(np.array([low, high]), material.values, heights)
+                if ends.any() or heights[inside].any():
+                    return True
+        return False
+
     def curves(self, values: Array, gradient: Array | None = None) -> tuple[Array, Array]:
         """(extinction, source) per material at data values of any shape, each (..., K); source = extinction + emission.
 

@@ -63,3 +63,28 @@ def test_changed_voxels_of_an_unchanged_header_leave_the_file_of_an_earlier_impo
         assert bpy.ops.spectral.volume_import(filepath=str(tmp_path / "head.nhdr")) == {"FINISHED"}
         paths.append(bpy.path.abspath(bpy.context.object.data.filepath))
     assert [read_volume(path).data.max() for path in paths] == [1, 7]
+
+
+def test_smoke_whose_first_frame_holds_no_voxels(blender, tmp_path):
+    """The import ended with "no active voxel". The size and the place of the object are those of the smoke."""
+    from blender_addon.translate.scene import translate_scene
+    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
+
+    openvdb = find_openvdb()
+    if openvdb is None:
+        pytest.skip("needs OpenVDB's module")
+    values = np.linspace(1.0, 5.0, 64, dtype=np.float32).reshape(4, 4, 4)
+    for number in (1, 2):
+        grid = openvdb.FloatGrid(0.0)
+        grid.name = "density"
+        if number == 2:
+            grid.copyFromArray(values)
+        openvdb.write(str(tmp_path / f"smoke_{number:04d}.vdb"), grids=[grid])
+    path = str(tmp_path / "smoke_0001.vdb")
+    assert bpy.ops.spectral.volume_import(filepath=path, sequence=True, preset="xray", size=2.0) == {"FINISHED"}
+    thing = bpy.context.object
+    assert list(thing.data["spectral_range"]) == [0.0, 5.0] and thing.scale[0] == pytest.approx(0.5)
+    for number, shape in ((1, (1, 1, 1)), (2, (4, 4, 4))):
+        bpy.context.scene.frame_set(number)
+        scene = translate_scene(bpy.context.evaluated_depsgraph_get())
+        assert scene.volumes[0].data.shape == shape and not [n for n in scene.notes if n.subject == thing.name]

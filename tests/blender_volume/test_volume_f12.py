@@ -31,3 +31,24 @@ def test_f12_shows_the_volume(blender, ramp):
     bpy.ops.render.render()
     twice = jobs.records[-1].result.pixels[..., :3]
     assert twice.sum() / pixels.sum() == pytest.approx(2.0, rel=0.01)
+
+
+def test_a_volume_of_which_nothing_is_shown_is_named(blender, ramp, tmp_path):
+    """Its picture was black without a word; a cube of one density was, under every preset."""
+    from blender_addon.translate.scene import translate_scene
+    from spectral_core.volume.field import ScalarVolume
+    from spectral_core.volume.files import write_volume
+
+    def notes(preset, path=ramp[0]):
+        for thing in list(bpy.context.scene.objects):
+            if thing.type == "VOLUME":
+                bpy.data.objects.remove(thing)
+        bpy.ops.spectral.volume_import(filepath=str(path), preset=preset, size=2.0)
+        scene = translate_scene(bpy.context.evaluated_depsgraph_get())
+        assert len(scene.volumes) == 1
+        return [note.message for note in scene.notes if "shows nothing" in note.message]
+
+    assert notes("xray") == []
+    cube = write_volume(ScalarVolume("cube", np.full((4, 4, 4), 0.75, np.float32)), tmp_path / "cube.nrrd")
+    assert notes("xray", cube) == [] and notes("opaque", cube) == []
+    assert notes("narrow", cube) == ["its transfer function shows nothing of its values from 0.75 to 0.75"]

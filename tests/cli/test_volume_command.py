@@ -190,9 +190,9 @@ def test_two_volumes_whose_names_have_dots_get_two_pictures(blob, capsys, tmp_pa
         (tmp_path / name).write_bytes((blob / "blob.npy").read_bytes())
         status, figures = call(capsys, name, "--transfer", "wide", "--size", 8, 8, "--quality", "draft")
         assert status == 0 and figures["pictures"] == [name.replace(".npy", ".png")]
-    constant = tmp_path / "flat.npy"
-    np.save(constant, np.full((3, 3, 3), 7.0, np.float32))
-    status, figures = call(capsys, constant, "--transfer", "wide", "--size", 8, 8)
+    empty = tmp_path / "empty.npy"
+    np.save(empty, np.zeros((3, 3, 3), np.float32))
+    status, figures = call(capsys, empty, "--transfer", "wide", "--size", 8, 8)
     assert status == 0 and figures["estimate_db"] is None and figures["interval_db"] == [None, None]
 
 

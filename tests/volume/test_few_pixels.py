@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from benchmarks.volume.checks.exact import exact_amounts
 from spectral_core.volume.field import ScalarVolume
@@ -64,6 +65,65 @@ def test_grazed_edges_of_opaque_boxes_count_beside_a_small_error_of_all_rays():
         made = plan(renderer, view, transfer, 40.0)
         measured = measured_db(volume, transfer, view, renderer.render(view, transfer, made.stepping).amounts)
         assert made.estimate_db < measured + 3.0
+
+
+@pytest.mark.parametrize("seed", [0, 3, 4])
+def test_a_thin_film_in_mist_is_no_brighter_in_the_one_pixel_that_hits_it(seed):
+    """One midpoint of ten thousand lay in the film, and counted as a whole step: 40 dB were stated for 6 to 35."""
+    rng = np.random.default_rng(seed)
+    data = gaussian_filter(rng.normal(size=(12, 16, 14)), 1.7)
+    volume = ScalarVolume("mist", ((data - data.min()) / np.ptp(data)).astype(np.float32))
+    glow = Material("glow", [0.5, 0.75, 1.0], [0, 0, 0], [0.1, 0.1, 0.3], [0, 0.01, 0])
+    film = Material("film", [0.52 - 2e-6, 0.52, 0.52 + 2e-6], [0, 0.4, 0], COLOR)
+    transfer, renderer = TransferFunction((glow, film)), VolumeRenderer(volume)
+    view = View.around(volume, float(rng.uniform(0, 360)), 20.0, width=128, height=128)
+    made = plan(renderer, view, transfer, 40.0)
+    measured = measured_db(volume, transfer, view, renderer.render(view, transfer, made.stepping).amounts)
+    assert abs(made.estimate_db - measured) < 3.0 and made.is_reached
+
+
+def test_marches_of_the_sample_are_not_repeated_for_the_pixels_that_join_it():
+    volume = ScalarVolume("noise", np.random.default_rng(3).random((8, 8, 8)).astype(np.float32))
+    transfer = TransferFunction((Material("m", [0.5, 0.5], [0.0, 3.0], COLOR),))
+    view = View.around(volume, width=100, height=100)
+    renderer, marched = VolumeRenderer(volume), []
+
+    class Counting:
+        def __getattr__(self, name):
+            return getattr(renderer, name)
+
+        def trace(self, view, transfer, stepping, pixels, limits):
+            marched.append(len(pixels[0]))
+            return renderer.trace(view, transfer, stepping, pixels, limits)
+
+    pilot = Pilot(Counting(), view, transfer, 40.0, count=400)
+    way = Stepping("error", "midpoint", 0.5)
+    pilot.try_out(way)
+    marched.clear()
+    pixels = np.array([[50, 50], [3, 90], [50, 50], [51, 50]])
+    joined = pilot.joined(pixels)
+    known = joined.try_out(way)
+    assert set(marched) <= {3, 400} and marched.count(400) < marched.count(3)
+    again = Pilot(renderer, view, transfer, 40.0, 400, pixels)
+    assert known == again.try_out(way) and joined.reference_db == again.reference_db
+    # more single pixels, of which one is known
+    marched.clear()
+    further = joined.joined(np.array([[3, 90], [7, 7]]))
+    assert further.places.single.tolist() == [[50, 50], [3, 90], [51, 50], [7, 7]] and 1 in marched
+    assert further.try_out(way) == Pilot(renderer, view, transfer, 40.0, 400, further.places.single).try_out(way)
+
+
+@pytest.mark.parametrize(("width", "is_narrow"), [(0.06, False), (0.02, True)])
+def test_a_peak_is_narrow_where_the_value_passes_it_within_a_32nd_of_a_voxel(width, is_narrow):
+    """The field rises by 1 per voxel; beyond what the function shows it rises faster, which does not count."""
+    line = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 60.0, 600.0])
+    volume = ScalarVolume("ramp", np.broadcast_to(line[:, None, None], (9, 4, 4)).copy())
+    film = Material("film", [1.0, 1.0 + width, 1.0 + 2 * width], [0.0, 0.3, 0.0], COLOR)
+    cut = Material("cut", [0.5, 0.5, 3.0, 3.0], [0.0, 0.3, 0.3, 0.0], COLOR)
+    view = View.around(volume, width=20, height=20)
+    for materials, expected in (((film,), is_narrow), ((cut,), False), ((cut, film), is_narrow)):
+        pilot = Pilot(VolumeRenderer(volume), view, TransferFunction(materials), 30.0)
+        assert pilot.is_narrow == expected
 
 
 def looking(width: int, height: int) -> tuple[View, np.ndarray]:

@@ -7,7 +7,7 @@ import pytest
 
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.pilot import Pilot
-from spectral_core.volume.pilot_trials import Trial, is_beaten, next_log_scale
+from spectral_core.volume.pilot_trials import Trial, falls_behind, finest_worth, is_beaten, next_log_scale
 
 
 def trial(scale: float, snr_db: float, *, steps: float = 10.0, samples: float = 8.0) -> Trial:
@@ -38,6 +38,44 @@ def test_a_search_ends_only_where_a_rival_takes_less_time_and_fewer_samples():
     assert not is_beaten(trial(1.0, 45.0, steps=9.0, samples=9.0), rival, 50.0)
     assert not is_beaten(trial(1.0, 50.5, steps=20.0, samples=9.0), rival, 50.0)
     assert not is_beaten(trial(1.0, 45.0, steps=20.0, samples=9.0), trial(1.0, 49.0), 50.0)
+
+
+def test_longer_steps_are_not_tried_where_the_longest_are_still_worse_than_a_rival():
+    """Steps twice as long take half of them; 2 dB above the target count as 11 % fewer; a ray's begin is 1.6."""
+    rival = trial(1.0, 51.0, steps=10.0, samples=8.0)  # costs 11.6
+    assert falls_behind(trial(1.0, 52.0, steps=25.5, samples=19.1), rival, 2.0, 2.0)
+    assert not falls_behind(trial(1.0, 52.0, steps=24.5, samples=19.1), rival, 2.0, 2.0)
+    assert not falls_behind(trial(1.0, 52.0, steps=25.5, samples=18.9), rival, 2.0, 2.0)
+    assert falls_behind(trial(1.0, 52.0, steps=25.5, samples=19.1), rival, 2.0, 1.9)
+
+
+def test_a_search_goes_no_further_than_to_where_a_rival_is_better():
+    rival = trial(1.0, 51.0, steps=20.0, samples=10.0)
+    # half of the rival's steps and a quarter of its samples: steps of 0.236 take 1.06 times its samples
+    assert finest_worth(trial(1.0, 30.0, steps=10.0, samples=2.5), rival) == pytest.approx(0.85 * 2.5 / 10.6)
+    assert finest_worth(trial(0.4, 30.0, steps=5.0, samples=9.0), rival) == pytest.approx(0.85 * 0.4 * 0.25)
+    assert finest_worth(trial(0.4, 30.0, steps=50.0, samples=90.0), rival) == pytest.approx(0.85 * 0.4)
+
+
+class Steep(Pilot):
+    """A pilot of uniform steps whose error falls slowly, so that a search by its slope goes far."""
+
+    def __init__(self) -> None:
+        self.asked: list[float] = []
+
+    def try_out(self, stepping: Stepping) -> Trial:
+        self.asked.append(stepping.scale)
+        scale = stepping.scale
+        return trial(scale, 30.0 - 10.0 * math.log10(scale), steps=10.0 / scale, samples=8.0 / scale)
+
+
+def test_a_search_ends_soon_after_its_steps_are_worse_than_a_rivals():
+    """Without the rival the finest steps are 0.005, and take 200 times the work."""
+    pilot, way = Steep(), Stepping("uniform", "midpoint", 1.0)
+    assert pilot.solve(way, 70.0, 2.0).snr_db < 70.0 and min(pilot.asked) < 0.01
+    pilot.asked.clear()
+    assert pilot.solve(way, 70.0, 2.0, rival=trial(0.5, 71.0, steps=40.0, samples=30.0)).snr_db < 70.0
+    assert 0.15 < min(pilot.asked) < 0.25
 
 
 class InTune(Pilot):

@@ -95,7 +95,7 @@ def test_pilot_rays_lie_in_the_picture_also_for_a_camera_inside(renderers):
     renderer = renderers["gaussians"]
     inside = View.looking([14, 14, 14], [20, 15, 16], width=40, height=30, fov_deg=80.0)
     pilot = Pilot(renderer, inside, preset("wide", renderer.volume), 40.0)
-    x, y = (part.numpy() for part in pilot.pixels)
+    x, y = pilot.places.x, pilot.places.y
     assert x.min() >= 0 and x.max() <= 40 and y.min() >= 0 and y.max() <= 30
 
 
@@ -188,14 +188,16 @@ def test_the_stated_error_of_a_rough_opaque_field_is_that_against_an_exact_march
     assert made.is_reached
 
 
-def test_auto_takes_steps_that_end_at_faces_for_rough_opaque_fields():
+def test_steps_that_end_at_faces_are_among_the_cheapest_for_rough_opaque_fields():
     volume, hard, view = _rough()
     made = plan(VolumeRenderer(volume), view, hard, 50.0)
-    assert (made.stepping.rule, made.stepping.quadrature) == ("cells", "preintegrated")
-    chosen = next(trial for trial in made.trials if trial.stepping.rule == "cells")
-    # The search of the others ends where they take more time.
+    assert made.stepping.rule in ("cells", "error") and made.stepping.quadrature == "preintegrated"
+    cells = next(trial for trial in made.trials if trial.stepping.rule == "cells")
+    # The search of the others ends where they take more time; short steps of the error rule take as much here.
+    assert cells.snr_db >= 50.0
     for trial in made.trials:
-        assert trial is chosen or chosen.cost < trial.cost < 40 * chosen.cost
+        is_close = trial.stepping.quadrature == "preintegrated" and trial.stepping.rule != "uniform"
+        assert trial is cells or (0.9 if is_close else 1.0) * cells.cost < trial.cost < 40 * cells.cost
 
 
 def test_a_method_half_a_decibel_short_is_taken_if_it_saves_time():

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.pilot import MOST_RAYS
 from spectral_core.volume.pilot_trials import Trial
-from spectral_core.volume.plan import _choose, _interval, _stated, _tried
+from spectral_core.volume.plan import _choose, _interval, _seen_everywhere, _stated, _tried
 
 MIDPOINT, TABLE = Stepping("uniform", "midpoint"), Stepping("uniform", "preintegrated")
 ERROR, CELLS = Stepping("error", "midpoint"), Stepping("cells", "preintegrated")
@@ -170,3 +171,54 @@ def test_rays_are_added_until_the_error_is_certain_or_there_are_enough() -> None
     pilot = Refining(200.0, MOST_RAYS // 4, lambda _: 1.0)
     _stated(pilot, pilot.try_out(CELLS), 50.0)  # type: ignore[arg-type]
     assert pilot.done == ["denser for 60 dB"]
+
+
+class Sight:
+    """A pilot that looks at every pixel: each way reaches 41 dB until its odd pixels are joined, then what is given."""
+
+    is_whole, opacity, places, signal_spread = False, 9.0, SimpleNamespace(pixels=100), 0.0
+
+    def __init__(self, true_db: dict[Stepping, float]) -> None:
+        self.true_db, self.joined_ways, self.asked = true_db, [], []
+
+    def _way(self, stepping: Stepping) -> Stepping:
+        return replace(stepping, scale=1.0)
+
+    def odd_pixels(self, best: Trial, *, always: bool) -> np.ndarray:
+        self.asked.append(best.stepping)
+        is_known = best.stepping in self.joined_ways or self.true_db[self._way(best.stepping)] >= 40.0
+        return np.zeros((0 if is_known else 1, 2), np.int64)
+
+    def joined(self, odd: np.ndarray) -> Sight:
+        self.joined_ways.append(self.asked[-1])
+        return self
+
+    def try_out(self, stepping: Stepping) -> Trial:
+        is_seen = stepping in self.joined_ways
+        return trial(stepping, self.true_db[self._way(stepping)] if is_seen else 41.0, 5.0)
+
+    def tuned(self, way: Stepping, quality_db: float, within_db: float, rival: Trial | None) -> Trial:
+        cost = 5.0 if way == MIDPOINT else 50.0
+        return trial(replace(way, scale=0.9 ** len(self.joined_ways)), 41.0, cost)
+
+    def solve(self, way: Stepping, quality_db: float, within_db: float) -> Trial:
+        return trial(way, 41.0, 5.0)
+
+
+def test_a_way_that_is_wrong_in_other_pixels_each_time_is_left_out() -> None:
+    """Each step length hit a thin film in other pixels: the third choice was never looked at."""
+    ways = [MIDPOINT, CELLS]
+    pilot = Sight({MIDPOINT: 12.0, CELLS: 44.0})
+    start = trial(MIDPOINT, 41.0, 5.0)
+    _, trials, best = _seen_everywhere(pilot, ways, (start,), start, 40.0)  # type: ignore[arg-type]
+    assert best.stepping.rule == "cells" and best.snr_db == 41.0
+    assert [each.rule for each in pilot.asked] == ["uniform", "uniform", "cells"]
+    assert [each.stepping.rule for each in trials] == ["uniform", "cells"]
+
+
+def test_if_every_choice_is_wrong_somewhere_the_best_is_stated_as_it_is() -> None:
+    pilot = Sight({MIDPOINT: 12.0, CELLS: 31.0})
+    start = trial(MIDPOINT, 41.0, 5.0)
+    _, _, best = _seen_everywhere(pilot, [MIDPOINT, CELLS], (start,), start, 40.0)  # type: ignore[arg-type]
+    assert best.stepping.rule == "cells" and best.snr_db == 31.0
+    assert len(pilot.asked) == 5

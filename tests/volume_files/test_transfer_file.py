@@ -116,7 +116,7 @@ def test_fractions_and_voxels_become_data_values_and_world_units():
 def test_a_constant_volume_accepts_a_function_of_fractions():
     stated = read_transfer(EXAMPLES / "wide.toml")
     fitted = stated.for_volume(ScalarVolume("flat", np.full((2, 2, 2), 7, np.uint8)))
-    assert fitted.materials[0].values.tolist() == pytest.approx([7.1, 7.3, 7.5])
+    assert fitted.materials[0].values.tolist() == pytest.approx([0.7, 2.1, 3.5])
 
 
 def test_colors_of_every_type_are_read(tmp_path):

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.volume.files import RawLayout, find_sequence, sequence_of
+from spectral_core.volume.files import RawLayout, find_sequence, read_volume, sequence_of
+from spectral_core.volume.files.formats.openvdb_format import find_openvdb
 
 
 @pytest.fixture
@@ -119,3 +120,29 @@ def test_missing_frames_are_in_the_steps_of_the_others_and_few_are_named(tmp_pat
     dates = find_sequence(tmp_path / "scan_*.npy")
     assert dates.missing == tuple(range(2, 1002))
     assert dates.missing_note == "frames without a file are left out: 2, 3, 4, 5, 6, 7, 8, 9 and others"
+
+
+def test_frames_of_smoke_that_begins_empty(tmp_path):
+    """A grid without voxels ended the whole sequence, on the command line and at the import into Blender."""
+    openvdb = find_openvdb()
+    if openvdb is None:
+        pytest.skip("needs OpenVDB's module")
+    values = np.arange(1.0, 9.0, dtype=np.float32).reshape(2, 2, 2)
+    for number, is_empty in enumerate((True, True, False, True), 1):
+        grid = openvdb.FloatGrid(0.0)
+        grid.name = "density"
+        if not is_empty:
+            grid.copyFromArray(values)
+        openvdb.write(str(tmp_path / f"smoke_{number}.vdb"), grids=[grid])
+    smoke = find_sequence(tmp_path / "smoke_#.vdb")
+    assert [frame.data.shape for frame in smoke] == [(1, 1, 1), (1, 1, 1), (2, 2, 2), (1, 1, 1)]
+    assert smoke.read(1).value_range == (0.0, 0.0) and smoke.read(1).name == "smoke_1"
+    assert np.array_equal(smoke.first().data, values)
+    with pytest.raises(FileFormatError, match="no active voxel"):
+        read_volume(tmp_path / "smoke_1.vdb")
+    (tmp_path / "smoke_3.vdb").unlink()
+    with pytest.raises(FileFormatError, match="smoke_4.vdb has no active voxel"):
+        find_sequence(tmp_path / "smoke_#.vdb").first()
+    (tmp_path / "smoke_2.vdb").write_bytes(b"no grid")
+    with pytest.raises(FileFormatError, match="smoke_2.vdb"):
+        find_sequence(tmp_path / "smoke_#.vdb").read(2)

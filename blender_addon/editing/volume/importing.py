@@ -81,7 +81,7 @@ class Import:
             if frames.missing_note:
                 warnings.append(frames.missing_note)
         self._require_wanted()
-        first = read_volume(path, **self.options) if frames is None else frames.read(frames.numbers[0])
+        first = read_volume(path, **self.options) if frames is None else frames.first()
         self._require_wanted()
         made, widest = self._written(path, first, frames)
         note = fill_values_note(first.data, first.range_without_fill_values)

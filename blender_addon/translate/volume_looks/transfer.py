@@ -7,6 +7,7 @@ from bpy.types import PropertyGroup, Volume
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 from spectral_core.volume.documents.transfer_document import TransferDocument
+from spectral_core.volume.fill_values import with_width
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix, spectrum_of_color
 from spectral_core.volume.transfer import Material, TransferFunction
 
@@ -67,6 +68,12 @@ def value_range(volume: Volume) -> tuple[float, float] | None:
             "Delete the property, or import the file again"
         )
     return low, high
+
+
+def curve_ends(volume: Volume) -> tuple[float, float] | None:
+    """The data values at both ends of the curves; None if unknown. Raises as ``value_range``."""
+    known = value_range(volume)
+    return known and with_width(*known)
 
 
 def _stated(volume: Volume, entry: PropertyGroup, color: np.ndarray) -> Material:

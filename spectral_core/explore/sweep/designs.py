@@ -237,8 +237,8 @@ def _first_level(frame: Frame, region: Region, budget: int) -> int:
         return level_for(frame, region, budget)
     except InvalidInputError as error:
         raise InvalidInputError(
-            f"the region is so small a part of the ranges that the lattice over them has not {budget} points in it at "
-            "its finest level. Widen the region, or choose the design Sobol (kind = 'sobol')"
+            f"the region is so small a part of the ranges that the lattice over them has fewer than {budget} points in "
+            "it at its finest level. Widen the region, or choose the design Sobol (kind = 'sobol')"
         ) from error
 
 

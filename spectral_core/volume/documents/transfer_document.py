@@ -18,6 +18,7 @@ from spectral_core.documents.schema import Schema
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.spectra.spectrum import SpectralGrid
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.fill_values import with_width
 from spectral_core.volume.transfer import Array, Material, TransferFunction
 
 FORMAT = "spectral-scene transfer function"
@@ -52,9 +53,8 @@ class TransferDocument:
         Fractions refer to ``value_range``, by default the volume's: a sequence has one range for all its frames. A
         voxel's length is the cube root of its volume, if voxels are no cubes.
         """
-        low, high = volume.range_without_fill_values if value_range is None else value_range
-        span = high - low if high > low else 1.0
-        scale, start = (span, low) if self.values == "fraction" else (1.0, 0.0)
+        low, high = with_width(*(volume.range_without_fill_values if value_range is None else value_range))
+        scale, start = (high - low, low) if self.values == "fraction" else (1.0, 0.0)
         per_world = 1 / voxel_length(volume) if self.length == "voxel" else 1.0
         fitted = [_fitted(material, start, scale, per_world) for material in self.transfer.materials]
         return replace(self.transfer, materials=tuple(fitted))
@@ -64,8 +64,8 @@ def stated_in_fractions(
     transfer: TransferFunction, volume: ScalarVolume, value_range: tuple[float, float] | None = None
 ) -> TransferDocument:
     """The inverse of ``for_volume``: fractions of the range, per voxel."""
-    low, high = volume.range_without_fill_values if value_range is None else value_range
-    span, voxel = (high - low if high > low else 1.0), voxel_length(volume)
+    low, high = with_width(*(volume.range_without_fill_values if value_range is None else value_range))
+    span, voxel = high - low, voxel_length(volume)
     stated = [_fitted(material, -low / span, 1 / span, voxel) for material in transfer.materials]
     return TransferDocument(replace(transfer, materials=tuple(stated)), "fraction", "voxel")
 

@@ -30,6 +30,10 @@ BROKEN_STREAM = (EOFError, OSError, zlib.error, lzma.LZMAError)
 """Errors of the standard decompressors for a truncated or damaged stream."""
 
 
+class EmptyGridError(FileFormatError):
+    """A grid has no voxels: a file by itself shows nothing, but a frame of a sequence may be empty."""
+
+
 def open_payload(path: Path, named_by: Path) -> BinaryIO:
     """Open the data file that header ``named_by`` names; raises FileFormatError if it does not exist or is no regular
     file.
@@ -43,9 +47,17 @@ def open_payload(path: Path, named_by: Path) -> BinaryIO:
         ) from error
 
 
+def header_text(content: bytes) -> str:
+    """Text of a header: UTF-8, else the Western letters of Windows, as its programs write names and units."""
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", "replace")
+
+
 def listed_files(stream: BinaryIO, folder: Path, header: Path) -> list[Path]:
     """The data files that are listed after ``LIST``, one per line. Raises FileFormatError."""
-    names = [line.strip().decode("utf-8", "replace") for line in header_lines(stream, header)]
+    names = [header_text(line.strip()) for line in header_lines(stream, header)]
     return [folder / name for name in _bounded([name for name in names if name], header)]
 
 

@@ -6,12 +6,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, islice, pairwise
 from pathlib import Path
 
+import numpy as np
+
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files.payload import EmptyGridError
 from spectral_core.volume.files.read import read_volume
 from spectral_core.volume.files.request import RawLayout
 
@@ -74,7 +78,20 @@ class VolumeSequence:
         )
 
     def read(self, number: int) -> ScalarVolume:
-        """The volume of one frame; errors as ``read_volume``."""
+        """The volume of one frame; errors as ``read_volume``. An empty grid is one voxel of 0, as smoke begins."""
+        try:
+            return self._read(number)
+        except EmptyGridError:
+            return ScalarVolume(self.path(number).stem, np.zeros((1, 1, 1), np.float32))
+
+    def first(self) -> ScalarVolume:
+        """The first frame that is not empty; errors as ``read_volume``, also if all are empty."""
+        for number in self.numbers[:-1]:
+            with suppress(EmptyGridError):
+                return self._read(number)
+        return self._read(self.numbers[-1])
+
+    def _read(self, number: int) -> ScalarVolume:
         return read_volume(self.path(number), field=self.field, component=self.component, raw=self.raw)
 
 

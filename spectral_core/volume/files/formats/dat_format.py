@@ -27,7 +27,7 @@ from spectral_core.errors import FileFormatError
 from spectral_core.files.guarded import MOST_HEADER_BYTES, read_bytes
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.formats.raw_format import read_layout
-from spectral_core.volume.files.payload import affine
+from spectral_core.volume.files.payload import affine, header_text
 from spectral_core.volume.files.request import RawLayout, ReadRequest
 
 Matrix = NDArray[np.float64]
@@ -53,7 +53,7 @@ _WORLD = ("WorldVector1", "WorldVector2", "WorldVector3", "WorldVector4")
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume that a .dat header describes."""
     fields: dict[str, str] = {}
-    for line in read_bytes(path, MOST_HEADER_BYTES).decode("utf-8", "replace").splitlines():
+    for line in header_text(read_bytes(path, MOST_HEADER_BYTES)).splitlines():
         key, separator, value = line.partition(":")
         if separator and not line.lstrip().startswith(("#", "//")):
             name = key.strip().lower().replace(" ", "")

@@ -15,6 +15,7 @@ from spectral_core.files.guarded import header_lines, open_regular
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import (
     affine,
+    header_text,
     listed_files,
     make_volume,
     numbered_files,
@@ -103,7 +104,7 @@ def _read_header(stream: BinaryIO, path: Path) -> _Header:
     """Header lines up to ElementDataFile, the last one; the stream is then at the data."""
     fields: dict[str, str] = {}
     for line in header_lines(stream, path):
-        key, separator, value = line.decode("utf-8", "replace").partition("=")
+        key, separator, value = header_text(line).partition("=")
         if not separator:
             if line.strip():
                 raise FileFormatError(f"line {line[:40]!r} of {path.name} is no 'key = value'; the header is invalid")

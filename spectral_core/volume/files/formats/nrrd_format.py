@@ -21,6 +21,7 @@ from spectral_core.files.guarded import header_lines, open_regular
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import (
     affine,
+    header_text,
     listed_files,
     make_volume,
     numbered_files,
@@ -69,7 +70,8 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     nrrd = _pynrrd("reading NRRD files")
     try:
         with open_regular(path) as stream:
-            header = nrrd.read_header(_header_lines(stream, path))
+            # as text: pynrrd drops all letters beyond ASCII of bytes, so that µm becomes m
+            header = nrrd.read_header([header_text(line) for line in _header_lines(stream, path)])
             array = _numbers(header, stream, path)
         space = _space_axes(header, path)
         matrix = _world_from_index(header, space, path)

@@ -26,7 +26,7 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import FREE_BYTES, MOST_EXPANSION, half_of_memory
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.formats.vtk_format import choose_array
-from spectral_core.volume.files.payload import affine, make_volume, pick_component, require_choice
+from spectral_core.volume.files.payload import EmptyGridError, affine, make_volume, pick_component, require_choice
 from spectral_core.volume.files.request import ReadRequest
 from spectral_core.volume.files.vdb.read import grid_names, read_grid
 from spectral_core.volume.files.vdb.walk import sound_metadata
@@ -178,7 +178,7 @@ def _require_holdable(name: str, shape: tuple[int, ...], dtype: np.dtype, path: 
     """Raise FileFormatError if a grid is empty, or too large or too sparse for a dense array."""
     dense = math.prod(shape) * dtype.itemsize
     if dense == 0:
-        raise FileFormatError(f"grid {name!r} of {path.name} has no active voxel; there is nothing to read")
+        raise EmptyGridError(f"grid {name!r} of {path.name} has no active voxel; there is nothing to read")
     sparse = dense > FREE_BYTES and dense > MOST_EXPANSION * path.stat().st_size
     if sparse or dense > half_of_memory():
         raise FileFormatError(
