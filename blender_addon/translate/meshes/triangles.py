@@ -147,6 +147,8 @@ def _attribute(source: Any, name: str, corners: Array, undeformed: Any, groups: 
         active = source.color_attributes
         index = active.render_color_index
         attribute = active[index].name if 0 <= index < len(active) else ""
+    elif attribute in OF_CYCLES and attribute not in source.uv_layers:
+        return None
     if attribute in source.uv_layers:
         uvs = _corner_uvs(source, corners, attribute)
         return output_of(np.concatenate([uvs, np.zeros((len(uvs), 1), np.float32)], axis=1), 2, kind)
@@ -159,6 +161,16 @@ def _attribute(source: Any, name: str, corners: Array, undeformed: Any, groups: 
 OUTPUTS = ("attribute", "attribute_alpha", "attribute_alpha_color", "attribute_factor")
 """Prefixes of the names by which a program reads an attribute: its color or vector, its alpha, that of the node Color
 Attribute, its one number. On a mesh without the attribute they are 0, but ``attribute_alpha`` is 1, as in Cycles.
+"""
+
+
+OF_CYCLES = frozenset(
+    ("N", "tangent", "tangent_sign", "vertex_color", "undeformed", "undisplaced", "motion_P", "motion_N", "particle",
+     "curve_intercept", "curve_length", "curve_random", "point_random", "ptex_face_id", "ptex_uv",
+     "shadow_transparency", "density", "color", "flame", "heat", "temperature")
+)  # fmt: skip
+"""Names that Cycles keeps for data of its own, such as the grids of a volume: no other attribute is found by them.
+Those of which every mesh has data are in ``coordinate_nodes.ALWAYS_THERE``.
 """
 
 

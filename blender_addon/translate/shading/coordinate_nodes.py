@@ -130,6 +130,8 @@ def _attribute(reader: Reader, output: Output) -> Any:
             return reader.emit("component", reader.point(f"object_attribute:{kind}{ALPHA}:{name}"), settings=(0,))
         value = reader.point(f"object_attribute:{kind}:{name}")
         return reader.emit("mean", value) if output.socket.type == "VALUE" else value
+    if name in ALWAYS_THERE:
+        return _always_there(reader, output, ALWAYS_THERE[name])
     if not name and node.type == "ATTRIBUTE":  # the active color is what Color Attribute alone reads without a name
         return _component(output, NOTHING)
     if output.socket.name == "Alpha":
@@ -138,6 +140,25 @@ def _attribute(reader: Reader, output: Output) -> Any:
     if output.socket.type == "VALUE":
         return reader.point(f"attribute_factor:{name}", 1)
     return reader.point(f"attribute:{name}")
+
+
+ALWAYS_THERE = {
+    "uv": "uv", "generated": "generated", "pointiness": f"{READ}pointiness", "random_per_island": f"{READ}island"
+}  # fmt: skip
+"""Names of attributes by which Cycles finds data of its own, even if the mesh has an attribute of such a name: the
+inputs of programs with these data.
+"""
+
+
+def _always_there(reader: Reader, output: Output, name: str) -> Any:
+    """An output of an attribute of ``ALWAYS_THERE``."""
+    if output.socket.name == "Alpha":
+        return 1.0
+    if output.socket.type != "VALUE":
+        return reader.point(name)
+    if name == "generated":
+        return reader.emit("mean", reader.point(name))
+    return reader.emit("component", reader.point(name), settings=(0,))
 
 
 def _component(output: Output, value: tuple[float, ...]) -> Any:

@@ -174,11 +174,59 @@ def surface_output(tree: Any, kind: str = "OUTPUT_MATERIAL") -> Any:
 
 
 def linked(place: Input | None) -> Output | None:
-    """The output linked to an input; None without a link."""
+    """The output linked to an input; None without a link. A color or number at a shader's socket is emitted."""
     if place is None:
         return None
     source = place.source()
-    return source if isinstance(source, Output) else None
+    if not isinstance(source, Output):
+        return None
+    return _emitted(place, source.socket) if place.socket.type == "SHADER" != source.socket.type else source
+
+
+def _emitted(place: Input, linked_socket: Any) -> Output:
+    """The Emission node that Cycles puts between a shader's socket and a color or number that is linked to it."""
+    fed = _Fed(place.socket, *(("Strength", "VALUE") if linked_socket.type == "VALUE" else ("Color", "RGBA")))
+    return Output(_Emits(_Emission((fed,))), place.groups)
+
+
+@dataclass(frozen=True)
+class _Fed:
+    """A shader's socket as an input of the Emission node before it: all but its name and type is the socket's own."""
+
+    _socket: Any
+    name: str
+    type: str
+
+    @property
+    def identifier(self) -> str:
+        return self.name
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._socket, name)
+
+
+@dataclass(frozen=True)
+class _Emission:
+    """A node of a tree that holds no such node."""
+
+    inputs: tuple[_Fed, ...]
+    type = "EMISSION"
+    name = label = bl_label = "Emission"
+
+    def as_pointer(self) -> int:
+        return -int(self.inputs[0].as_pointer())
+
+
+@dataclass(frozen=True)
+class _Emits:
+    """The output of such a node."""
+
+    node: _Emission
+    type = "SHADER"
+    name = "Emission"
+
+    def as_pointer(self) -> int:
+        return self.node.as_pointer()
 
 
 def wanted_aovs(depsgraph: Any) -> dict[str, str]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.spectra.color import linear_from_display_rgb, luminance_from_linear_rgb
 
-from ..meshes.triangles import OUTPUTS, output_of, stored_in, uv_layer, values_of
+from ..meshes.triangles import OF_CYCLES, OUTPUTS, output_of, stored_in, uv_layer, values_of
 from ..shading.attributes import POINT_PLACE, POINT_SIZE, hashed_pair
 
 Array = NDArray[np.float64]
@@ -79,7 +79,7 @@ def of_points(
         yield POINT_SIZE, np.column_stack([radii, random, np.ones(len(radii))])
     for read in sorted(reads):
         kind, _, name = read.partition(":")
-        found = cloud.attributes.get(name) if kind in OUTPUTS else None
+        found = cloud.attributes.get(name) if kind in OUTPUTS and name not in OF_CYCLES else None
         values = values_of(found, kind) if found is not None and found.domain == "POINT" else None
         if values is not None:
             yield read, values
@@ -95,7 +95,7 @@ def of_curves(curves: Any, reads: frozenset[str], lengths: NDArray[Any], points:
             continue
         if kind == "uv" and not name:
             kind, name = "attribute", ROOT_UV
-        found = curves.attributes.get(name) if kind in OUTPUTS else None
+        found = curves.attributes.get(name) if kind in OUTPUTS and name not in OF_CYCLES else None
         values = values_of(found, kind) if found is not None else None
         if found is not None and values is not None:
             carried[read] = values if found.domain == "POINT" else np.repeat(values, lengths, axis=0)
@@ -134,7 +134,7 @@ def on_emitter(
             uvs = read_all(system.uv_on_emitter, "uv_no", mesh.uv_layers.find(layer.name), 2)
             uvs = np.column_stack([uvs, np.zeros(len(uvs))])
             yield read, uvs if kind == "uv" else output_of(uvs, 2, kind)
-        elif kind in OUTPUTS and (name in colors or (not name and colors)):
+        elif kind in OUTPUTS and name not in OF_CYCLES and (name in colors or (not name and colors)):
             at = colors.index(name) if name in colors else max(0, mesh.vertex_colors.active_index)
             found = linear_from_display_rgb(read_all(system.mcol_on_emitter, "vcol_no", at, 3))
             yield read, output_of(np.column_stack([found, np.ones(len(found))]), 4, kind)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from spectral_core.render.plugins.closures.lobe import RAISED
 from spectral_core.render.plugins.closures.strands import FIBER
 from spectral_core.render.plugins.terminator import lifts, rounded
 from spectral_core.render.trace.lobes import kinds_of
@@ -26,11 +27,22 @@ def upright(_self: Any, si: Any) -> Any:
     return mi.Vector3f(si.wi.x, si.wi.y, dr.select(above | ~si.is_valid(), si.wi.z, -si.wi.z))
 
 
-def keeps_side(_self: Any, si: Any, wo: Any, outward: Any) -> Any:
-    """True if a direction leaves on the same side of the geometry as of the shading, so that no light leaks."""
+def keeps_side(_self: Any, si: Any, wo: Any, outward: Any, bsdf: Any) -> Any:
+    """True if a direction leaves on the same side of the geometry as of the shading, so that no light leaks. Reflecting
+    lobes and displaced surfaces check the geometry themselves, with a normal that may differ from the hit's.
+    """
     import drjit as dr
+    import mitsuba as mi
 
-    return (wo.z > 0.0) == (dr.dot(si.n, outward) > 0.0)
+    same_side = (wo.z > 0.0) == (dr.dot(si.n, outward) > 0.0)
+    return same_side | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy) | _is_raised(bsdf)
+
+
+def _is_raised(bsdf: Any) -> Any:
+    """True for surfaces whose displacement bends their normals."""
+    import mitsuba as mi
+
+    return (mi.UInt32(bsdf.flags()) & RAISED) != 0
 
 
 def leaves_as_drawn(_self: Any, si: Any, bs: Any, outward: Any) -> Any:
@@ -75,7 +87,7 @@ def kind_of(_self: Any, bsdf: Any, si: Any, wo: Any, leaves: Any) -> Any:
     return dr.select(same_side, own, int(Rays.TRANSMISSION))
 
 
-def shadow_ray(self: Any, si: Any, drawn: Any, viewer: Any) -> tuple[Any, Any]:
+def shadow_ray(self: Any, si: Any, drawn: Any, viewer: Any, bsdf: Any) -> tuple[Any, Any]:
     """Ray from a hit to a point of a light, and True where it starts above a smooth-shaded triangle.
 
     As in Cycles, light at grazing angles starts from the rounded surface that the normals describe, so that the flat
@@ -90,6 +102,7 @@ def shadow_ray(self: Any, si: Any, drawn: Any, viewer: Any) -> tuple[Any, Any]:
         return ray, mi.Bool(False)
     outer = mi.Vector3f(dr.mulsign(si.n, dr.dot(si.n, viewer)))
     smooth = mi.Vector3f(dr.mulsign(si.sh_frame.n, dr.dot(si.n, viewer)))
+    smooth = dr.select(_is_raised(bsdf), outer, smooth)  # the normals are those before the displacement
     outer = dr.select(dr.dot(smooth, drawn.direction) < 0.0, -outer, outer)
     shift, cutoff = rounded(meshes, si, outer)
     share = dr.clip(2.0 - dr.maximum(dr.dot(outer, drawn.direction), 0.0) / dr.maximum(cutoff, 1e-6), 0.0, 1.0)

@@ -250,9 +250,8 @@ def scene_path_class(variant: str) -> Any:
             # on a surface, only closures that see the light count; see ``lobes``
             kind = dr.select(floats, int(Rays.VOLUME), self.kind_of(bsdf, si, wo, path.leaves))
             wanted &= self.tables.lights_it(drawn.number, dr.select(floats | matt, kind, 0), path.depth, receiver)
-            # reflecting lobes check the geometry themselves, with a normal that may differ from the hit's
-            kept = self.keeps_side(si, wo, drawn.direction) | mi.has_flag(bsdf.flags(), mi.BSDFFlags.Glossy)
-            ray, lifted = self.shadow_ray(si, drawn, -path.ray.d)
+            kept = self.keeps_side(si, wo, drawn.direction, bsdf)
+            ray, lifted = self.shadow_ray(si, drawn, -path.ray.d, bsdf)
             wanted &= kept | matt | floats | lifted
             place = hit_sides.lifted_place(si, lifted, drawn.number != self.lights.even_world)
             value, pdf = bsdf.eval_pdf(mi.BSDFContext(), place, wo, wanted & ~matt & ~floats)

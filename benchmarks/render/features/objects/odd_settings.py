@@ -85,3 +85,14 @@ def _by_bump(stage: Stage) -> None:
 
 
 feature("odd_settings/emission by bumped normals", _by_bump, 2)
+
+
+def _color_as_shader(stage: Stage) -> None:
+    """A texture linked to the output without a shader, and a number as one shader of a mix."""
+    mix = stage.shader("ShaderNodeMixShader")
+    mix.inputs[0].default_value = 0.4
+    stage.link(stage.node("ShaderNodeTexChecker", Scale=5.0).outputs["Color"], mix.inputs[1])
+    stage.link(stage.node("ShaderNodeNewGeometry").outputs["Backfacing"], mix.inputs[2])
+
+
+feature("odd_settings/colors in place of shaders", _color_as_shader)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.plugins.closures.facets.upright import is_drawn, softening, toward_viewer, with_valid_normal
-from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+from spectral_core.render.plugins.closures.lobe import RAISED, Closure, register_closure
 from spectral_core.render.plugins.closures.subsurface import DIVES
 
 
@@ -17,15 +17,16 @@ def register(mi: Any, dr: Any) -> None:
         """``closure`` about ``normal``, world directions that face the viewer.
 
         ``softens``: True if light fades toward the horizon of the smooth surface, as in Cycles for diffuse scattering.
-        A closure that is diffuse in part does that itself if its light ``fades``.
+        A closure that is diffuse in part does that itself if its light ``fades``. The normal of a displaced surface,
+        whose light does not, replaces the smooth one: the side of a direction is then that of the triangle.
         """
 
         def __init__(self, inputs: Any) -> None:
             super().__init__(inputs)
             self.child, self.normal = inputs["closure"], inputs["normal"]
             self.softens = bool(inputs["softens"])
-            self.child.is_bent = bool(inputs["fades"])
-            self.m_flags, self.dives = self.child.flags(), self.child.dives
+            self.child.is_bent = self.fades = bool(inputs["fades"])
+            self.m_flags, self.dives = self.child.flags() | (0 if self.fades else RAISED), self.child.dives
             self.bends_below = self.dives
             glossy = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.GlossyTransmission
             glossy = glossy | mi.BSDFFlags.DeltaReflection | mi.BSDFFlags.DeltaTransmission
@@ -54,6 +55,14 @@ def register(mi: Any, dr: Any) -> None:
             bent.wi = mi.Vector3f(local.x, local.y, dr.mulsign(dr.abs(local.z), si.wi.z))
             return with_valid_normal(mi, dr, bent) if self.child.turns_normal else bent
 
+        def same_side(self, si: Any, inner: Any, wo: Any) -> Any:
+            """True if ``wo`` is on the same side of the surface as it is about the bent normal, ``inner``."""
+            if self.fades:
+                return inner.z * wo.z > 0.0
+            height = dr.dot(si.n, si.to_world(wo)) * dr.dot(si.n, toward_viewer(mi, dr, si))
+            is_lifted = si.duv_dx.y != 0.0  # such light starts above the triangle
+            return inner.z * dr.mulsign(dr.select(is_lifted, 1.0, height), si.wi.z) > 0.0
+
         def softened(self, si: Any, bent: Any, inner: Any, wo: Any) -> Any:
             """Share of the light that reaches the facets of the bent surface."""
             if not self.softens:
@@ -68,7 +77,7 @@ def register(mi: Any, dr: Any) -> None:
             straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
             dives = (bs.sampled_type & DIVES) != 0
             bs.wo = dr.select(dives, inner, bs.wo)
-            valid = active & ((inner.z * bs.wo.z > 0.0) | straight | dives | self.corrects)
+            valid = active & (self.same_side(si, inner, bs.wo) | straight | dives | self.corrects)
             bs.pdf = dr.select(valid, bs.pdf, 0.0)
             # as in Cycles, transmitted light fades where a lamp is sampled, not where its direction is drawn
             plain = dives | mi.has_flag(bs.sampled_type, mi.BSDFFlags.Transmission)
@@ -78,7 +87,7 @@ def register(mi: Any, dr: Any) -> None:
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             bent = self.about(si, active)
             inner = bent.to_local(si.to_world(wo))
-            valid = active & ((inner.z * wo.z > 0.0) | self.corrects)
+            valid = active & (self.same_side(si, inner, wo) | self.corrects)
             value, density = self.child.eval_pdf(ctx, bent, inner, valid)
             plain = is_drawn(si) & (wo.z * si.wi.z < 0.0)
             value *= dr.select(plain, 1.0, self.softened(si, bent, inner, wo))

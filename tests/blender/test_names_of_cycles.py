@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Attributes whose names Cycles keeps for data of its own are not found by Attribute and Color Attribute."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+OWN = (0.1, 0.9, 0.4)
+
+
+def shown(build, name, kind="ShaderNodeAttribute"):
+    """A coarse ball with an attribute of a name and an emission that shows it."""
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=1)
+    ball = bpy.context.object
+    layer = ball.data.attributes.new(name, "FLOAT_COLOR", "POINT")
+    layer.data.foreach_set("color", np.tile(np.array([*OWN, 1], np.float32), len(layer.data)))
+    material = build.material("Paint", "ShaderNodeEmission")
+    tree = material.node_tree
+    node = tree.nodes.new(kind)
+    setattr(node, "attribute_name" if kind.endswith("Attribute") else "layer_name", name)
+    shader = next(node for node in tree.nodes if node.type == "EMISSION")
+    tree.links.new(node.outputs["Color"], shader.inputs["Color"])
+    ball.data.materials.append(material)
+    return ball
+
+
+@pytest.mark.parametrize("kind", ["ShaderNodeAttribute", "ShaderNodeVertexColor"])
+@pytest.mark.parametrize("name", ["color", "density", "vertex_color", "tangent"])
+def test_a_name_of_volumes_or_of_cycles_reads_nothing_with_a_note(build, translate, name, kind):
+    shown(build, name, kind)
+    scene = translate()
+    assert not scene.meshes[0].attributes
+    assert any(repr(name) in note.message and "rename" in note.message for note in scene.notes)
+
+
+@pytest.mark.parametrize("name", ["Color", "colors", "Ng"])
+def test_other_names_are_read(build, translate, name):
+    shown(build, name)
+    scene = translate()
+    (attribute,) = scene.meshes[0].attributes
+    np.testing.assert_allclose(attribute.values, np.tile(OWN, (len(attribute.values), 1)), rtol=1e-6)
+    assert not scene.notes
+
+
+@pytest.mark.parametrize("name", ["uv", "generated", "pointiness", "random_per_island"])
+def test_data_that_every_mesh_has_precede_an_attribute(build, translate, name):
+    shown(build, name)
+    scene = translate()
+    assert not any(np.allclose(attribute.values, OWN) for attribute in scene.meshes[0].attributes)
+    assert not scene.notes
+    read = {item.name for item in scene.meshes[0].attributes}
+    assert name == "uv" or any(part in each for each in read for part in (name, "island"))
+
+
+def test_the_active_color_is_read_whatever_its_name(build, translate):
+    ball = shown(build, "color", "ShaderNodeVertexColor")
+    node = next(node for node in ball.data.materials[0].node_tree.nodes if node.type == "VERTEX_COLOR")
+    node.layer_name = ""
+    scene = translate()
+    (attribute,) = scene.meshes[0].attributes
+    assert np.allclose(attribute.values, OWN) and not scene.notes
