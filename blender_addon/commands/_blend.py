@@ -10,7 +10,7 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -34,7 +34,7 @@ def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="EFFECT=VALUE",
-        help="a decision of the plan to take over, e.g. bounces=4; `spectral-scene plan` lists them",
+        help="a value to use in place of the plan's own, such as bounces=4; `spectral-scene plan` lists the effects",
     )  # fmt: skip
     parser.add_argument("--variant", choices=["llvm", "cuda"], help="renderer; default: the best available")
 
@@ -89,8 +89,7 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     _set(scene.render, "resolution_percentage", arguments.percentage, "percentage")
     if arguments.transport is not None:
         settings.transport = arguments.transport.upper()
-    for text in arguments.overrides:
-        _override(settings, text)
+    _override(settings, arguments.overrides)
     if scene.camera is None:
         raise InvalidInputError(f"the scene {scene.name!r} of {path.name} has no camera; add one to it and save it")
     return scene
@@ -113,12 +112,16 @@ def _set(owner: Any, name: str, value: float | None, option: str) -> None:
     setattr(owner, name, value)
 
 
-def _override(settings: Any, text: str) -> None:
-    effect, separator, value = text.partition("=")
-    if not separator or not effect or not value:
-        raise InvalidInputError(f"--set {text!r} is not of the form EFFECT=VALUE, for example --set bounces=4")
-    entry = settings.overrides.get(effect) or settings.overrides.add()
-    entry.name, entry.value = effect, value
+def _override(settings: Any, texts: Sequence[str]) -> None:
+    given: dict[str, str] = {}
+    for text in texts:
+        effect, separator, value = text.partition("=")
+        if not separator or not effect or not value:
+            raise InvalidInputError(f"--set {text!r} is not of the form EFFECT=VALUE, for example --set bounces=4")
+        if given.setdefault(effect, value) != value:
+            raise InvalidInputError(f"--set gives {effect} the values {given[effect]} and {value}; give one of them")
+        entry = settings.overrides.get(effect) or settings.overrides.add()
+        entry.name, entry.value = effect, value
 
 
 def _bpy() -> Any:

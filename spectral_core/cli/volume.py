@@ -25,7 +25,7 @@ from spectral_core.checks import require_range
 from spectral_core.cli.shared.fill_values import noted
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, first_of
 from spectral_core.files.names import file_words
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def _frames(arguments: argparse.Namespace) -> list[_Frame]:
     if any(mark in Path(arguments.volume).name for mark in "#%*{") and not Path(arguments.volume).exists():
         sequence = find_sequence(arguments.volume, **options)
         if sequence.missing:
-            print(f"frames {', '.join(map(str, sequence.missing))} have no file and are left out")
+            print(f"frames {first_of(sequence.missing, len(sequence.missing))} have no file and are left out")
         return [
             _Frame(n, path, partial(lambda n: _spaced(sequence.read(n), arguments.spacing), n))
             for n, path in sequence.frames

@@ -14,7 +14,7 @@ import numpy as np
 from bpy.types import Context, Volume
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, RenderCancelled
+from spectral_core.errors import InvalidInputError, RenderCancelled, first_of
 
 from ...properties.volume import RANGE_KEY
 from ...translate.volume_looks import transfer as volume_transfer
@@ -78,7 +78,7 @@ class Import:
                     f"{path.name} is no frame of a sequence: no other file differs in its number only"
                 )
             if frames.missing:
-                warnings.append(f"frames {', '.join(map(str, frames.missing[:8]))} have no file")
+                warnings.append(f"frames {first_of(frames.missing, len(frames.missing))} have no file")
         self._require_wanted()
         first = read_volume(path, **self.options) if frames is None else frames.read(frames.numbers[0])
         self._require_wanted()
