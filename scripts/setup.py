@@ -205,6 +205,13 @@ def packages() -> None:
     UNFINISHED.unlink()
 
 
+def require_folder(root: str) -> None:
+    """End where Blender's color management would take a part of the path as a variable: its pictures are too dark."""
+    if "$" in root or root.count("%") > 1:
+        say(f"Blender cannot work in {root}: it takes '$' and '%…%' in a path as variables; move this checkout")
+        sys.exit(1)
+
+
 def install(*command: str) -> None:
     if subprocess.run(command, cwd=ROOT).returncode:
         say("pip failed; its words are above. Is there a network, and is this Python 3.11?")
@@ -221,6 +228,7 @@ def main() -> None:
             "the demo, are omitted. For these install Python 3.11 (Ubuntu: python3.11-venv of ppa:deadsnakes/ppa), and "
             "run this again"
         )
+    require_folder(str(ROOT))
     system_libraries()
     packages()
     say("ready")

@@ -131,10 +131,24 @@ def _bpy() -> Any:
             import bpy
     except ImportError as error:
         raise MissingDependencyError.package("bpy", "reading .blend files outside Blender", "blender") from error
+    require_readable_colors(bpy.utils.system_resource("DATAFILES"))
     import blender_addon
 
     blender_addon.register_once()
     return bpy
+
+
+def require_readable_colors(folder: str) -> None:
+    """Raise InvalidInputError if Blender cannot read its color management from this folder.
+
+    OpenColorIO takes ``$NAME`` and ``%NAME%`` in its paths as variables. Blender then goes on without views: files that
+    should be sRGB have the linear numbers.
+    """
+    if "$" in folder or folder.count("%") > 1:
+        raise InvalidInputError(
+            f"Blender cannot read its color management in {folder}, so that all pictures would be too dark: it takes "
+            "'$' and '%…%' in a path as variables. Move Blender or this environment to a folder without them"
+        )
 
 
 @contextmanager

@@ -102,6 +102,19 @@ def test_the_missing_package_of_pip_is_that_of_the_running_python(
     assert f"apt install python3.{sys.version_info.minor}-venv" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("name", "works"), [("a b", True), ("ü 100%", True), ("a$x", False), ("%a% b", False)])
+def test_a_folder_that_blender_takes_for_a_variable_is_refused(
+    setup: ModuleType, capsys: pytest.CaptureFixture[str], name: str, works: bool
+) -> None:
+    """The demo ran through, and its pictures were too dark: 46 of 255 levels in place of 118 for a gray of 0.18."""
+    if works:
+        setup.require_folder(f"/home/{name}")
+    else:
+        with pytest.raises(SystemExit):
+            setup.require_folder(f"/home/{name}")
+        assert "move this checkout" in capsys.readouterr().out
+
+
 def test_make_takes_a_python_that_starts(tmp_path: Path) -> None:
     """The python3.11 of pyenv ends with an error where another version is chosen; a folder may have blanks."""
     folder = tmp_path / "my programs"
