@@ -2,7 +2,8 @@
 # make demo    all set-up, then the main job: out/demo
 # make test    all set-up, then everything that CI checks
 SHELL := /bin/bash
-BASE_PYTHON := $(shell command -v python3.11 || command -v python3)
+# The first that starts: pyenv leaves a python3.11 that ends with an error where another version is chosen.
+BASE_PYTHON := $(shell for each in python3.11 python3; do $$each -c "" 2>/dev/null && { command -v $$each; break; }; done)
 PYTHON := .venv/bin/python
 
 .PHONY: help setup lock demo test quick check format extension real-blender clean
@@ -12,10 +13,11 @@ help:
 	@echo "also: setup, quick (one test of each file without a renderer, under a minute), check, format, extension, real-blender, clean"
 
 setup:
-	@$(BASE_PYTHON) scripts/setup.py
+	@test -n "$(BASE_PYTHON)" || { echo "there is no python3 here; Debian 12: apt install python3 python3-venv"; exit 1; }
+	@"$(BASE_PYTHON)" scripts/setup.py
 
 lock:
-	@$(BASE_PYTHON) scripts/lock.py
+	@"$(BASE_PYTHON)" scripts/lock.py
 
 demo: setup
 	$(PYTHON) -m blender_addon demo --out out/demo

@@ -97,7 +97,7 @@ def system_libraries() -> None:
         return
     before = privileged()
     if before is None:
-        packages = [*missing, *(["libllvm19"] if llvm_missing else [])]
+        packages = [*missing, *([newest_llvm_package() or "libllvm19"] if llvm_missing else [])]
         say(
             f"some system libraries are missing and there is neither root nor sudo here. Run once:\n\n"
             f"    su -c 'apt-get update && apt-get install -y --no-install-recommends {' '.join(packages)}'\n"
@@ -155,7 +155,15 @@ def whats_wrong() -> str:
         return f"it is of Python {' '.join(version).split()[0]}, this is {sys.version.split()[0]}"
     if Path(prefix).resolve() != VENV.resolve():
         return f"it belongs to {prefix}"
-    return broken if done.returncode else ""
+    return broken if done.returncode else moved()
+
+
+def moved() -> str:
+    """Why the programs of .venv, such as lint-imports, start nothing: they name the folder in which it was made."""
+    stated = re.search(
+        r"^command = .* -m venv (?:--\S+ )*(.*)$", (VENV / "pyvenv.cfg").read_text("utf-8"), re.MULTILINE
+    )
+    return f"it was made as {stated[1]}" if stated and stated[1] != str(VENV) else ""
 
 
 def packages() -> None:
@@ -181,7 +189,10 @@ def packages() -> None:
         try:
             venv.create(VENV, with_pip=True)
         except subprocess.CalledProcessError:
-            say("Python's own pip cannot be installed; on Debian and Ubuntu: apt install python3-venv")
+            package = (
+                f"python{sys.version_info.major}.{sys.version_info.minor}-venv"  # python3-venv is of another Python
+            )
+            say(f"Python's own pip cannot be installed; on Debian and Ubuntu: apt install {package}")
             sys.exit(1)
     UNFINISHED.touch()
     STAMP.unlink(missing_ok=True)
@@ -192,6 +203,13 @@ def packages() -> None:
     install(*pip, "--no-deps", "--no-build-isolation", "--editable", ".")
     STAMP.write_text(wanted())
     UNFINISHED.unlink()
+
+
+def require_folder(root: str) -> None:
+    """End where Blender's color management would take a part of the path as a variable: its pictures are too dark."""
+    if "$" in root or root.count("%") > 1:
+        say(f"Blender cannot work in {root}: it takes '$' and '%…%' in a path as variables; move this checkout")
+        sys.exit(1)
 
 
 def install(*command: str) -> None:
@@ -206,8 +224,11 @@ def main() -> None:
         sys.exit(1)
     if sys.version_info[:2] != (3, 11):
         say(
-            f"this is Python {sys.version.split()[0]}: bpy exists for 3.11 only, so parts that need Blender are omitted"
+            f"this is Python {sys.version.split()[0]}: bpy exists for 3.11 only, so parts that need Blender, such as "
+            "the demo, are omitted. For these install Python 3.11 (Ubuntu: python3.11-venv of ppa:deadsnakes/ppa), and "
+            "run this again"
         )
+    require_folder(str(ROOT))
     system_libraries()
     packages()
     say("ready")

@@ -21,10 +21,17 @@ import difflib
 import sys
 from collections.abc import Iterable
 from importlib.util import find_spec
+from itertools import islice
 
 
 class SpectralError(Exception):
     """Base of all errors that this project raises on purpose; its text can be shown to a user."""
+
+
+def first_of(names: Iterable[object], count: int, most: int = 8) -> str:
+    """The first ``most`` of ``count`` names, for a message, and how many more there are."""
+    listed = ", ".join(str(name) for name in islice(names, most))
+    return listed + (f" and {count - most} more" if count > most else "")
 
 
 class InvalidInputError(SpectralError, ValueError):
@@ -44,7 +51,7 @@ class UnknownNameError(InvalidInputError):
         names = sorted(known)
         near = difflib.get_close_matches(str(given), names, n=3, cutoff=0.4)
         shown = [name or "'' (without a name)" for name in names[:20]]
-        listed = ", ".join(shown) + (f" and {len(names) - 20} more" if len(names) > 20 else "")
+        listed = first_of(shown, len(names), 20)
         hint = f"did you mean {' or '.join(map(repr, near))}?" if near else f"known: {listed}"
         if near and len(names) <= 8:  # few enough to list all of them
             hint += f" Known: {listed}"

@@ -10,7 +10,7 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import Any
 
 from spectral_core.cli.shared.outputs import require_apart
 from spectral_core.cli.shared.outputs import require_outputs as _require_outputs
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, first_of
 from spectral_core.files.guarded import no_file
 from spectral_core.scene import Scene
 
@@ -37,7 +37,7 @@ def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--set", dest="overrides", action="append", default=[], metavar="EFFECT=VALUE",
-        help="a decision of the plan to take over, e.g. bounces=4; `spectral-scene plan` lists them",
+        help="a value to use in place of the plan's own, such as bounces=4; `spectral-scene plan` lists the effects",
     )  # fmt: skip
     parser.add_argument("--variant", choices=["llvm", "cuda"], help="renderer; default: the best available")
 
@@ -92,8 +92,7 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     _set(scene.render, "resolution_percentage", arguments.percentage, "percentage")
     if arguments.transport is not None:
         settings.transport = arguments.transport.upper()
-    for text in arguments.overrides:
-        _override(settings, text)
+    _override(settings, arguments.overrides)
     if scene.camera is None:
         raise InvalidInputError(f"the scene {scene.name!r} of {path.name} has no camera; add one to it and save it")
     return scene
@@ -116,12 +115,16 @@ def _set(owner: Any, name: str, value: float | None, option: str) -> None:
     setattr(owner, name, value)
 
 
-def _override(settings: Any, text: str) -> None:
-    effect, separator, value = text.partition("=")
-    if not separator or not effect or not value:
-        raise InvalidInputError(f"--set {text!r} is not of the form EFFECT=VALUE, for example --set bounces=4")
-    entry = settings.overrides.get(effect) or settings.overrides.add()
-    entry.name, entry.value = effect, value
+def _override(settings: Any, texts: Sequence[str]) -> None:
+    given: dict[str, str] = {}
+    for text in texts:
+        effect, separator, value = text.partition("=")
+        if not separator or not effect or not value:
+            raise InvalidInputError(f"--set {text!r} is not of the form EFFECT=VALUE, for example --set bounces=4")
+        if given.setdefault(effect, value) != value:
+            raise InvalidInputError(f"--set gives {effect} the values {given[effect]} and {value}; give one of them")
+        entry = settings.overrides.get(effect) or settings.overrides.add()
+        entry.name, entry.value = effect, value
 
 
 def _bpy() -> Any:
@@ -131,10 +134,24 @@ def _bpy() -> Any:
             import bpy
     except ImportError as error:
         raise MissingDependencyError.package("bpy", "reading .blend files outside Blender", "blender") from error
+    require_readable_colors(bpy.utils.system_resource("DATAFILES"))
     import blender_addon
 
     blender_addon.register_once()
     return bpy
+
+
+def require_readable_colors(folder: str) -> None:
+    """Raise InvalidInputError if Blender cannot read its color management from this folder.
+
+    OpenColorIO takes ``$NAME`` and ``%NAME%`` in its paths as variables. Blender then goes on without views: files that
+    should be sRGB have the linear numbers.
+    """
+    if "$" in folder or folder.count("%") > 1:
+        raise InvalidInputError(
+            f"Blender cannot read its color management in {folder}, so that all pictures would be too dark: it takes "
+            "'$' and '%…%' in a path as variables. Move Blender or this environment to a folder without them"
+        )
 
 
 @contextmanager
@@ -171,9 +188,8 @@ def missing_files() -> list[str]:
             why = "cannot be read" if is_there else "was not found"
             notes.append(f"{library.name}: the linked library {library.filepath} {why}; its contents are missing")
         elif names:
-            more = f" and {len(names) - MOST_LOST} more" if len(names) > MOST_LOST else ""
-            shown = ", ".join(sorted(names)[:MOST_LOST])
-            notes.append(f"{library.name}: the linked library {library.filepath} does not have {shown}{more}")
+            shown = first_of(sorted(names), len(names), MOST_LOST)
+            notes.append(f"{library.name}: the linked library {library.filepath} does not have {shown}")
     return notes
 
 

@@ -39,7 +39,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--surface", action="append", default=[], metavar="NAME", help="surface; repeat it for more (the color checker)"
     )
-    parser.add_argument("--keep", default="8 nodes", metavar="MODEL", help="model to write, as the table names it")
+    parser.add_argument(
+        "--keep", default="8 nodes", metavar="MODEL", help="model to write, as the table names it (8 nodes)"
+    )
     parser.add_argument("--out", type=Path, metavar="FILE.json", help="write the kept model's numbers and matrices")
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.checks import require_whole
 from spectral_core.cli.shared.outputs import numbered
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
@@ -23,6 +24,8 @@ from spectral_core.files.whole import whole_file
 from spectral_core.spectra.pictures import require_ending, write_picture
 
 VIDEO = ".mp4"
+MOST_FRAMES = 100_000
+"""Pictures along a path: more than an hour of video."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -58,6 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     if arguments.out is None and arguments.html is None:
         raise InvalidInputError("nothing to write: give --out FILE or --html FILE.html")
+    if ";" in (arguments.dial or ""):
+        require_whole("--frames", arguments.frames, 2, MOST_FRAMES)
     require_apart(_targets(arguments), [arguments.transport])
     if arguments.out is not None and arguments.out.suffix.lower() != VIDEO:
         require_ending(arguments.out)
@@ -155,8 +160,6 @@ def _dial_weights(arguments: argparse.Namespace, groups: int) -> Any:
         raise InvalidInputError(f"--dial {arguments.dial!r} is not X,Y or X,Y;X,Y;…")
     path = np.array(points)
     if len(path) > 1:
-        if arguments.frames < 2:
-            raise InvalidInputError(f"--frames is {arguments.frames}; a path needs at least 2")
         along = np.linspace(0, len(path) - 1, arguments.frames)
         path = np.stack([np.interp(along, np.arange(len(path)), path[:, axis]) for axis in (0, 1)], axis=1)
     return dial_weights(path, bulbs_on_polygon(groups))

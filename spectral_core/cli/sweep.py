@@ -62,6 +62,8 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
         ignored |= dict.fromkeys(("budget", "pending", "retry", "workers"), "a share computes what --shell has listed")
     elif arguments.shell is not None or arguments.collect or arguments.dask:
         ignored["workers"] = "no process of this machine computes"
+    if arguments.collect and not arguments.plan:
+        ignored |= dict.fromkeys(("budget", "pending"), "--collect takes the points that shares computed")
     return ignored
 
 
@@ -103,10 +105,21 @@ def _work(arguments: argparse.Namespace, sweep: Any, folder: Path) -> int:
     sweep.store.recover()
     if arguments.retry:
         print(f"{sweep.store.ledger.retry_failed()} points that were set aside are tried again")
+    if arguments.collect:
+        return _collect(arguments, sweep, folder)
     plan = sweep.pending() if arguments.pending else sweep.plan(arguments.budget)
     if arguments.shell is not None:
         return _say(arguments, folder, plan, lambda: _print_shell(arguments, folder))
-    if arguments.collect:
+    return _say(arguments, folder, plan, lambda: _run(arguments, sweep, plan))
+
+
+def _collect(arguments: argparse.Namespace, sweep: Any, folder: Path) -> int:
+    """Write the table. Once no point is missing, compare them with the reference and name what failed, as after a run.
+
+    No point is added to the list: shares that start later compute what is missing of it.
+    """
+    plan = sweep.listed()
+    if plan.new:
         return _say(arguments, folder, plan, sweep.store.write_table)
     return _say(arguments, folder, plan, lambda: _run(arguments, sweep, plan))
 

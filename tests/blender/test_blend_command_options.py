@@ -89,6 +89,13 @@ def test_samples_count_whatever_ends_the_renders_of_the_file(saved, goal) -> Non
             state(saved, ["--samples", "9", option, "2"])
 
 
+def test_two_values_for_one_effect_are_refused(saved) -> None:
+    """The last one counted, without a word."""
+    assert state(saved, ["--set", "bounces=3", "--set", "bounces=3"])["overrides"] == {"bounces": "3"}
+    with pytest.raises(InvalidInputError, match="--set gives bounces the values 3 and 4; give one of them"):
+        state(saved, ["--set", "bounces=3", "--set", "bounces=4"])
+
+
 def call(capfd: Any, *arguments: Any) -> tuple[int, str]:
     status = main([str(argument) for argument in arguments])
     return status, capfd.readouterr().out

@@ -10,6 +10,7 @@ bpy = pytest.importorskip("bpy")
 
 from blender_addon.compat import output_settings, set_image_format  # noqa: E402
 from blender_addon.translate.view_transform import shown_pixels, view_name, view_transform_of  # noqa: E402
+from spectral_core.errors import InvalidInputError  # noqa: E402
 
 GRAY = np.full((2, 2, 3), 0.18)
 
@@ -106,3 +107,13 @@ def test_a_setting_that_changes_the_shown_colors_makes_another_table(blender, ch
     change(view)
     assert view_name(scene) != name
     assert np.abs(view_transform_of(scene).table - table).max() > 0.01
+
+
+def test_a_blender_that_cannot_read_its_color_management_is_refused():
+    """Its sRGB pictures had linear numbers, so that they were too dark."""
+    from blender_addon.commands._blend import require_readable_colors
+
+    require_readable_colors(bpy.utils.system_resource("DATAFILES"))
+    for folder in ("/opt/$blender/datafiles", "/opt/%BLENDER%/datafiles"):
+        with pytest.raises(InvalidInputError, match="would be too dark"):
+            require_readable_colors(folder)

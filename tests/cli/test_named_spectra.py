@@ -135,6 +135,7 @@ def test_a_mixture_is_known_where_all_its_parts_are(tmp_path: Path, capsys) -> N
         ("{folder}/none.csv@x", "there is no file {folder}/none.csv;"),
         ("{folder}/1.csv@z", "named 'z'; known: x"),
         ("{folder}/twice.csv", "holds 2 spectra ('x', 'x'), expected one"),
+        ("{folder}/many.csv", "holds 11 spectra ('l0', 'l1', 'l2', 'l3', 'l4', 'l5', 'l6', 'l7' and 3 more), expected"),
         ("{folder}/twice.csv@x", "2 spectra that are named 'x'; rename them"),
         ("daylihgt", "no illuminant is named 'daylihgt'"),
     ],
@@ -142,6 +143,8 @@ def test_a_mixture_is_known_where_all_its_parts_are(tmp_path: Path, capsys) -> N
 def test_a_word_that_names_no_spectrum_is_explained(tmp_path: Path, capsys, word: str, message: str) -> None:
     folder = Path(tables(tmp_path)[0]).parent
     (folder / "twice.csv").write_text("nm,x,x\n400,1,2\n500,1,2\n")
+    columns = [f"l{number}" for number in range(11)]
+    (folder / "many.csv").write_text("\n".join([",".join(["nm", *columns]), "400" + ",1" * 11, "500" + ",2" * 11]))
     assert main(["light-model", "--light", word.format(folder=folder)]) == 1
     assert message.format(folder=folder) in capsys.readouterr().err
 

@@ -29,7 +29,7 @@ CALLS: dict[str, list[tuple[str, set[str], set[str]]]] = {
         ("s.toml --plan --share 1/2", {"workers", "shell", "collect"}, {"budget"}),
         ("s.toml --share 1/2", {"budget", "pending", "retry", "workers"}, {"collect"}),
         ("s.toml --shell 2", {"workers"}, {"budget"}),
-        ("s.toml --collect", {"workers"}, {"retry"}),
+        ("s.toml --collect", {"workers", "budget", "pending"}, {"retry"}),
         ("s.toml --dask tcp://one:8786", {"workers"}, {"budget"}),
     ],
     "relight": [("t.exr", {"dial", "frames"}, set()), ("t.exr --out p.npy --dial 0,1", {"frames"}, {"dial"}),

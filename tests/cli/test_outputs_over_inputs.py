@@ -102,6 +102,15 @@ def test_relight_along_a_path_keeps_the_recording(tmp_path: Path, capsys: Any) -
     assert sorted(each.name for each in tmp_path.glob("d_*")) == ["d_0001.exr", "d_0002.exr", "d_0003.exr"]
 
 
+def test_a_path_has_as_many_frames_as_a_video(tmp_path: Path, capsys: Any) -> None:
+    """A billion, as by a key that was held, named each file first: minutes without a word, then no memory."""
+    path = recording(tmp_path / "dusk.exr")
+    for frames in ("1", "1000000000"):
+        common = ["relight", str(path), "--dial", "0,1;0,-1", "--out", str(tmp_path / "d.exr")]
+        assert main([*common, "--frames", frames]) == 1
+        assert f"--frames is {frames}; expected a value from 2 to 100000" in capsys.readouterr().err
+
+
 def test_the_page_of_a_recording_ends_as_pages_do(tmp_path: Path, capsys: Any) -> None:
     """``--html`` wrote a page over any file, such as a text, under a name that no browser opens."""
     path, text = recording(tmp_path / "scene.exr"), tmp_path / "notes.txt"

@@ -12,6 +12,7 @@ import pytest
 
 from blender_addon.commands import main as whole_main
 from spectral_core import cli
+from spectral_core.explore.sweep.store import Store
 from tests.explore.test_sweep import sweep_file
 
 
@@ -54,3 +55,35 @@ def test_an_unknown_kind_of_compute_node_lists_each_once(tmp_path: Path, capsys:
     path.write_text(path.read_text("utf-8").replace('kind = "function"', 'kind = "functoin"', 1), "utf-8")
     assert whole_main(["sweep", str(path), "--out", str(tmp_path / "out")]) == 1
     assert capsys.readouterr().err.count("blend") == 1
+
+
+def states(folder: Path) -> list[str]:
+    with Store.open(folder) as store:
+        return [row.state for row in store.ledger.rows()]
+
+
+def test_collecting_adds_no_point_to_the_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It listed the budget of the file, so that shares that started later computed points that nobody had asked for."""
+    path, folder = sweep_file(tmp_path, budget=40), tmp_path / "out"
+    common = ["sweep", str(path), "--out", str(folder)]
+    assert cli.main([*common, "--budget", "6", "--shell", "2"]) == 0
+    assert cli.main([*common, "--share", "1/2"]) == 0
+    assert cli.main([*common, "--collect"]) == 0
+    assert "6 points, 3 to compute, 3 done already" in capsys.readouterr().out
+    assert cli.main([*common, "--share", "2/2"]) == 0
+    assert "3 points computed, 0 failed" in capsys.readouterr().out
+    assert cli.main([*common, "--collect"]) == 0
+    assert states(folder) == ["done"] * 6
+    assert cli.main([*common, "--collect", "--budget", "9"]) == 1
+    assert "--budget has no effect here" in capsys.readouterr().err
+
+
+def test_collected_points_are_compared_with_the_reference(tmp_path: Path) -> None:
+    """The columns of the comparison were missing until the sweep was run once more."""
+    path = sweep_file(tmp_path, "picture", budget=4)
+    path.write_text(path.read_text("utf-8") + "[reference]\na = 0.5\nb = 0.5\n", "utf-8")
+    common = ["sweep", str(path), "--out", str(tmp_path / "out")]
+    for step in (["--shell", "1"], ["--share", "1/1"], ["--collect"]):
+        assert cli.main([*common, *step]) == 0
+    with Store.open(tmp_path / "out") as store:
+        assert all(value > 0 for value in store.columns()["rmse"])

@@ -32,6 +32,8 @@ def setup(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, template: Path) -> Mo
     def copy(place: Path, with_pip: bool) -> None:
         assert with_pip
         shutil.copytree(template, place, symlinks=True, dirs_exist_ok=True)
+        settings = place / "pyvenv.cfg"
+        settings.write_text(settings.read_text("utf-8").replace(str(template), str(place)), "utf-8")
 
     spec = importlib.util.spec_from_file_location("set_up", ROOT / "scripts" / "setup.py")
     assert spec is not None and spec.loader is not None
@@ -77,6 +79,52 @@ def test_a_copied_venv_is_detected(setup: ModuleType, tmp_path: Path) -> None:
     setup.VENV.mkdir()
     (setup.VENV / "bin").symlink_to(tmp_path / "other" / "bin")
     assert "it belongs to" in setup.whats_wrong()
+
+
+def test_the_venv_of_a_moved_checkout_is_detected(made: ModuleType) -> None:
+    """Its programs start the Python of the earlier folder: `make test` ended with "not found" at import rules."""
+    settings = made.VENV / "pyvenv.cfg"
+    settings.write_text(settings.read_text("utf-8").replace(str(made.VENV), "/home/me/ü x/.venv"), "utf-8")
+    assert made.whats_wrong() == "it was made as /home/me/ü x/.venv"
+
+
+def test_the_missing_package_of_pip_is_that_of_the_running_python(
+    setup: ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On Ubuntu 24.04 python3-venv is that of 3.12, which a Python 3.11 beside it does not use."""
+
+    def fail(*_given: object, **_options: object) -> None:
+        raise subprocess.CalledProcessError(1, "ensurepip")
+
+    monkeypatch.setattr(setup.venv, "create", fail)
+    with pytest.raises(SystemExit):
+        setup.packages()
+    assert f"apt install python3.{sys.version_info.minor}-venv" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("name", "works"), [("a b", True), ("ü 100%", True), ("a$x", False), ("%a% b", False)])
+def test_a_folder_that_blender_takes_for_a_variable_is_refused(
+    setup: ModuleType, capsys: pytest.CaptureFixture[str], name: str, works: bool
+) -> None:
+    """The demo ran through, and its pictures were too dark: 46 of 255 levels in place of 118 for a gray of 0.18."""
+    if works:
+        setup.require_folder(f"/home/{name}")
+    else:
+        with pytest.raises(SystemExit):
+            setup.require_folder(f"/home/{name}")
+        assert "move this checkout" in capsys.readouterr().out
+
+
+def test_make_takes_a_python_that_starts(tmp_path: Path) -> None:
+    """The python3.11 of pyenv ends with an error where another version is chosen; a folder may have blanks."""
+    folder = tmp_path / "my programs"
+    folder.mkdir()
+    for name, line in (("python3.11", "exit 127"), ("python3", f'exec "{sys.executable}" "$@"')):
+        (folder / name).write_text(f"#!/bin/sh\n{line}\n", "utf-8")
+        (folder / name).chmod(0o755)
+    path = f"{folder}:/usr/bin:/bin"
+    done = subprocess.run(["make", "-n", "setup"], cwd=ROOT, env={"PATH": path}, capture_output=True, text=True)
+    assert f'"{folder / "python3"}" scripts/setup.py' in done.stdout
 
 
 def test_a_wrong_venv_is_created_again_and_other_files_are_kept(

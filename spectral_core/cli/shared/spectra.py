@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, first_of
 from spectral_core.files.guarded import no_file
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def _from_file(word: str, kind: SpectrumKind) -> Spectrum | None:
         raise UnknownNameError.among(f"spectrum of {file}", wanted, [each.name for each in spectra])
     if wanted:
         raise InvalidInputError(f"{file} holds {len(found)} spectra that are named {wanted!r}; rename them in the file")
-    names = ", ".join(repr(each.name) for each in found[:8])
+    names = first_of((repr(each.name) for each in found), len(found))
     raise InvalidInputError(f"{file} holds {len(found)} spectra ({names}), expected one; name one as {file}@NAME")
 
 

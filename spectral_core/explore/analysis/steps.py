@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, first_of
 from spectral_core.explore.analysis.embedding import Variant, cluster, spectral_embedding
 from spectral_core.explore.analysis.process import MAX_ROWS, propose
 from spectral_core.explore.analysis.sensitivity import sobol_indices
@@ -178,7 +178,7 @@ def region_of_label(store: Store, column: str, value: str) -> dict[str, Any]:
     rows = [number for number, text in enumerate(table[column]) if str(text) == value]
     if not rows:
         held = list(dict.fromkeys(str(text) for text in table[column] if text is not None))
-        raise InvalidInputError(f"no row has {column} = {value!r}; it holds {', '.join(held[:8]) or 'nothing'}")
+        raise InvalidInputError(f"no row has {column} = {value!r}; it holds {first_of(held, len(held)) or 'nothing'}")
     points = [{name: table[name][row] for name in store.project.space.names} for row in rows]
     region = bounding_region(store.project.space, points, value)
     return region.limited_as(store.project.region).to_dict()

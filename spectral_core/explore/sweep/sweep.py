@@ -147,6 +147,13 @@ class Sweep:
             keys, len(keys), reused, (*lines, *_aside_lines(len(self.store.ledger.failed_by_themselves()))), None
         )
 
+    def listed(self) -> SweepPlan:
+        """All points that the folder lists; none is added."""
+        rows = self.store.ledger.rows()
+        new, reused, aside = (sum(row.state == state for row in rows) for state in ("pending", "done", "failed"))
+        lines = (f"{len(rows)} points, {new} to compute, {reused} done already", *_aside_lines(aside))
+        return SweepPlan(tuple(row.key for row in rows), new, reused, lines, None)
+
     def run(
         self,
         plan: SweepPlan,

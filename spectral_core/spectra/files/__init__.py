@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from spectral_core.checks import require_kind
-from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError, first_of
 from spectral_core.files.guarded import read_text, reading
 from spectral_core.spectra.files import csv_table, mitsuba_spd, spdx
 from spectral_core.spectra.files.columns import ReadOptions, SpectrumKind, is_number, kind_of, require_readable
@@ -69,7 +69,7 @@ def read_spectrum(path: str | Path, *, kind: SpectrumKind | None = None) -> Spec
     """The one spectrum of a file; read_spectra where there may be several. Raises FileFormatError."""
     spectra = read_spectra(path, kind=kind)
     if len(spectra) != 1:
-        names = ", ".join(repr(spectrum.name) for spectrum in spectra[:8])
+        names = first_of((repr(spectrum.name) for spectrum in spectra), len(spectra))
         raise FileFormatError(f"{path} holds {len(spectra)} spectra ({names}), expected one; use read_spectra")
     return spectra[0]
 

@@ -60,8 +60,7 @@ def register(mi: Any, dr: Any) -> None:
             if self.fades:
                 return inner.z * wo.z > 0.0
             height = dr.dot(si.n, si.to_world(wo)) * dr.dot(si.n, toward_viewer(mi, dr, si))
-            is_lifted = si.duv_dx.y != 0.0  # such light starts above the triangle
-            return inner.z * dr.mulsign(dr.select(is_lifted, 1.0, height), si.wi.z) > 0.0
+            return inner.z * dr.mulsign(height, si.wi.z) > 0.0
 
         def softened(self, si: Any, bent: Any, inner: Any, wo: Any) -> Any:
             """Share of the light that reaches the facets of the bent surface."""
