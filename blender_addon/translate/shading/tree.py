@@ -180,7 +180,8 @@ def linked(place: Input | None) -> Output | None:
     source = place.source()
     if not isinstance(source, Output):
         return None
-    return _emitted(place, source.socket) if place.socket.type == "SHADER" != source.socket.type else source
+    is_emitted = place.socket.type == "SHADER" and source.socket.type != "SHADER"
+    return _emitted(place, source.socket) if is_emitted else source
 
 
 def _emitted(place: Input, linked_socket: Any) -> Output:
