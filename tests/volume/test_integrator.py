@@ -183,6 +183,42 @@ def test_a_field_shadows_the_floor_only_if_requested():
     assert light[1] / light[0] == pytest.approx(np.exp(-depth), rel=0.02)
 
 
+@pytest.mark.parametrize("lamp", ["directional", "constant"])
+def test_fields_that_reach_beyond_all_surfaces_shadow_them_in_full(lamp):
+    mi = load("llvm_ad_rgb")
+    volume = ScalarVolume("fog", np.full((12, 12, 12), 120, np.uint8))
+    up = mi.ScalarTransform4f()
+    floor = {"type": "rectangle", "to_world": up.translate([6, 6, 1]).scale(0.5), "bsdf": {"type": "diffuse"}}
+    amount = {"type": "rgb", "value": 1.0}
+    own = {"direction": [0.0, 0.0, -1.0], "irradiance": amount} if lamp == "directional" else {"radiance": amount}
+    # a black ball far below, which takes no part in the picture, enlarges what Mitsuba counts as the scene
+    far = {
+        "type": "sphere",
+        "center": [0, 0, -2000],
+        "bsdf": {"type": "diffuse", "reflectance": amount | {"value": 0.0}},
+    }
+    view = View.looking([6.5, 6, 30], [6, 6, 1], width=4, height=4, fov_deg=0.3)
+    settings = integrator_dict([SceneVolume(volume, two_tents(0.2))], {"type": "path"}, shadows=True, **FIXED)
+    near, wide = (
+        render(mi, settings, view, 256, floor=floor, lamp={"type": lamp} | own, **more).mean()
+        for more in ({}, {"f": far})
+    )
+    assert near == pytest.approx(wide, rel=1e-3)
+
+
+@pytest.mark.parametrize("shadows", [False, True])
+def test_an_environment_behind_a_field_covers_the_picture(shadows):
+    mi = load("llvm_ad_rgb")
+    volume = blob(12)
+    view, sky = smooth_view(volume), {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
+    film = {"type": "hdrfilm", "width": 8, "height": 6, "rfilter": {"type": "box"}, "pixel_format": "rgba"}
+    made = integrator_dict([SceneVolume(volume, two_tents())], {"type": "path"}, shadows=shadows, **FIXED)
+    scene = {"type": "scene", "integrator": made, "sensor": view.mitsuba_sensor() | {"film": film}}
+    alone, before_sky = (np.array(mi.render(mi.load_dict(scene | more), spp=16)) for more in ({}, {"sky": sky}))
+    assert alone[..., 3].min() == 0.0
+    assert before_sky[..., 3].min() == 1.0
+
+
 def test_shading_follows_the_light():
     mi = load("llvm_ad_rgb")
     volume = blob()

@@ -17,6 +17,18 @@ def transmittance(volumes: list[Placed], ray: WorldRay) -> Any:
     return type(ray.end)(1.0) if not volumes else march(path_through(volumes, ray)).transmittance
 
 
+def way_to(lamp: Any) -> Any:
+    """Length of the way to a sampled point of an emitter, in which fields take light; without end to sun and sky.
+
+    Mitsuba sets these at the border of the scene's surfaces, among which fields do not count.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    is_far = mi.has_flag(lamp.emitter.flags(), mi.EmitterFlags.Infinite)
+    return dr.select(is_far, 1e30, dr.minimum(lamp.dist, 1e30))
+
+
 @dataclass(frozen=True)
 class Lit:
     """Shading of lit materials by the scene's emitters: Lambert on both sides of the isosurface through a sample.
@@ -48,7 +60,7 @@ class Lit:
                 place, sampler.next_2d(active), self.settings.shadows, active
             )
             if self.settings.shadows:
-                toward = WorldRay(point, found.d, dr.select(active & (found.pdf > 0), found.dist, 0.0))
+                toward = WorldRay(point, found.d, dr.select(active & (found.pdf > 0), way_to(found), 0.0))
                 weight *= transmittance(self.occluders, toward)
             start = 0
             for volume in self.volumes:
@@ -110,14 +122,14 @@ def surface_light(
 
     def bounce(ray: Any, throughput: Any, light: Any, depth: Any, active: Any, there: Any, known: Any, pdf: Any, sampler: Any) -> Any:  # fmt: skip  # noqa: E501
         hit = scene.ray_intersect(ray, mi.RayFlags.All, depth == 0, active)
-        there = there | (active & (depth == 0) & hit.is_valid())
         line = WorldRay(ray.o, ray.d, dr.select((depth > 0) & active, dr.minimum(hit.t, 1e30), 0.0))
         throughput = throughput * transmittance(volumes, line)
         emitter = hit.emitter(scene)
+        there = there | (active & (depth == 0) & (hit.is_valid() | (emitter != None)))  # noqa: E711 (lane by lane)
         found = mi.DirectionSample3f(scene, hit, known)
         by_light = scene.pdf_emitter_direction(known, found, pdf > 0)
         share = dr.select(pdf > 0, pdf / dr.maximum(pdf + by_light, 1e-30), 1.0)
-        shines = active & (emitter != None)  # noqa: E711 (a lane-wise comparison)
+        shines = active & (emitter != None)  # noqa: E711
         light = light + dr.select(shines, throughput * share * emitter.eval(hit, shines), 0.0)
         active = active & hit.is_valid() & (depth + 1 < max_depth)
 
@@ -125,7 +137,7 @@ def surface_light(
         smooth = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
         lamp, weight = scene.sample_emitter_direction(hit, sampler.next_2d(smooth), True, smooth)
         smooth = smooth & (lamp.pdf > 0)
-        shadow = WorldRay(hit.p, lamp.d, dr.select(smooth, dr.minimum(lamp.dist, 1e30), 0.0))
+        shadow = WorldRay(hit.p, lamp.d, dr.select(smooth, way_to(lamp), 0.0))
         value, chance = bsdf.eval_pdf(context, hit, hit.to_local(lamp.d), smooth)
         chance = dr.select(lamp.delta, 0.0, chance)
         share = lamp.pdf / dr.maximum(lamp.pdf + chance, 1e-30)
