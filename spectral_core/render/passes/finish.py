@@ -105,8 +105,7 @@ def _light(job: RenderJob, wanted: Passes, samples: float) -> tuple[dict[str, Ar
 def _pictures(sums: Accumulator, rows: int) -> Array:
     """Means so far of the shares of the light, (height, width, rows, 3) linear sRGB, row 0 at the bottom."""
     width, height = sums.film.size
-    parts = [np.array(tile.light).reshape(tile.count, rows, 3) for tile in sums.tiles]
-    means = np.concatenate(parts).astype(np.float64) / max(1, sums.samples)
+    means = np.concatenate([tile.mean(tile.light).reshape(tile.count, rows, 3) for tile in sums.tiles])
     colors = means if sums.plan is None else means @ RGB_FROM_XYZ.T
     return np.asarray(colors * sums.film.exposure, np.float32).reshape(height, width, rows, 3)
 

@@ -45,6 +45,12 @@ class _Tile:
     """Samples per pixel whose radiance was NaN or Inf: they count as black."""
     light: Any = None
     """Shares of the light (pixels · rows · 3), if the integrator separates them."""
+    samples: int = 0
+    """Samples per pixel in the sums: a pass that is stopped leaves tiles with different numbers."""
+
+    def mean(self, sums: Any) -> NDArray[np.float64]:
+        """Mean of some of its sums, pixel after pixel; zeros before any sample."""
+        return np.array(sums, dtype=np.float64) / max(1, self.samples)
 
 
 class Accumulator:
@@ -63,7 +69,6 @@ class Accumulator:
 
         self._mi, self._dr = mitsuba, drjit
         self.film, self.frame, self._sees_partly = film, camera_frame(camera, film), camera.panorama is not None
-        self.samples = 0
         self._offsets = table(mitsuba.Float, filter_offsets(film))
         self.plan = wavelengths
         self._measuring = None if wavelengths is None else SpectralMeasure(mitsuba, wavelengths)
@@ -72,6 +77,11 @@ class Accumulator:
         self.tiles = [
             self._new_tile(first, min(TILE_PIXELS, pixels - first)) for first in range(0, pixels, TILE_PIXELS)
         ]
+
+    @property
+    def samples(self) -> int:
+        """Samples that every pixel has so far."""
+        return min((tile.samples for tile in self.tiles), default=0)
 
     @property
     def band_count(self) -> int:
@@ -94,14 +104,14 @@ class Accumulator:
         """Trace ``samples`` more per pixel; yields the completed share of the pass after each tile."""
         for done, tile in enumerate(self.tiles, 1):
             self._trace(first_hit, integrator, tile, samples)
+            tile.samples += samples
             yield done / len(self.tiles)
-        self.samples += samples
 
     def _trace(self, first_hit: FirstHit, integrator: Any, tile: _Tile, samples: int) -> None:
         mi, dr = self._mi, self._dr
         pixel = self._pixels(tile)
         corner, sampler = self._lanes(pixel)
-        first, total = self._span(samples)
+        first, total = self._span(tile, samples)
         bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
         tells_apart = getattr(integrator, "book_into", None) if self.keeps_light else None
         if tells_apart is not None and tile.light is None:
@@ -191,10 +201,10 @@ class Accumulator:
         """Number of each lane's pixel."""
         return self._dr.arange(self._mi.UInt32, tile.count) + self._dr.opaque(self._mi.UInt32, tile.first)
 
-    def _span(self, samples: int) -> tuple[Any, Any]:
-        """First sample of a pass, and the one after its last."""
+    def _span(self, tile: _Tile, samples: int) -> tuple[Any, Any]:
+        """First sample of a tile's pass, and the one after its last."""
         number = lambda value: self._dr.opaque(self._mi.UInt32, value)  # noqa: E731
-        return number(self.samples), number(self.samples + samples)
+        return number(tile.samples), number(tile.samples + samples)
 
     def _follow(self, first_hit: FirstHit, integrator: Any, sampler: Any, ray: Any) -> tuple[Any, Any, Any]:
         """Radiance along a camera ray with its parts after two diffuse reflections and after more (None in RGB
@@ -272,15 +282,14 @@ class Accumulator:
         pixels = np.empty((width * height, 4), np.float32)
         for tile in self.tiles:
             part = slice(tile.first, tile.first + tile.count)
-            color = np.array(tile.sums, dtype=np.float64).T / max(1, self.samples)
+            color = tile.mean(tile.sums).T
             pixels[part, :3] = color if self.plan is None else color @ RGB_FROM_XYZ.T
-            pixels[part, 3] = np.array(tile.covered) / max(1, self.samples)
+            pixels[part, 3] = tile.mean(tile.covered)
         pixels[:, :3] *= self.film.exposure
         return pixels.reshape(height, width, 4)
 
     def band_picture(self) -> NDArray[np.float32]:
         """Mean so far of the spectral channels: (height, width, n_bands), row 0 at the bottom, without exposure."""
         width, height = self.film.size
-        parts = [np.array(tile.bands).reshape(tile.count, -1) for tile in self.tiles]
-        means: NDArray[np.float32] = np.concatenate(parts).reshape(height, width, -1) / np.float32(max(1, self.samples))
-        return means
+        parts = [tile.mean(tile.bands).reshape(tile.count, -1) for tile in self.tiles]
+        return np.concatenate(parts).astype(np.float32).reshape(height, width, -1)

@@ -107,5 +107,5 @@ class ChosenPixels(Accumulator):
     def _pixels(self, tile: Any) -> Any:
         return self._chosen
 
-    def _span(self, samples: int) -> tuple[Any, Any]:
+    def _span(self, tile: Any, samples: int) -> tuple[Any, Any]:
         return self._samples_of
