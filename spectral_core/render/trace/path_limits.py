@@ -15,12 +15,15 @@ from spectral_core.scene import Rays
 
 
 def squared_share(pdf: Any, other: Any) -> Any:
-    """Weight of one of two sampling methods of a path, by the squares of their densities (power heuristic)."""
+    """Weight of one of two sampling methods of a path, by the squares of their densities (power heuristic).
+
+    0 if neither can make the path.
+    """
     import drjit as dr
 
-    square = pdf * pdf
-    weight = square / (square + other * other)
-    return dr.select(dr.isfinite(weight), weight, 0.0)
+    ratio = other / pdf  # the square of a density above 1e19, such as that of a tiny far lamp, has no float
+    weight = 1.0 / (1.0 + ratio * ratio)
+    return dr.select(dr.isnan(weight), 0.0, weight)
 
 
 def share_of(tables: Any, path: Any, of: Any = None) -> Any:
