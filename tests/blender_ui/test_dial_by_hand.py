@@ -232,6 +232,32 @@ def test_a_dragged_bulb_that_a_recording_has_removed_is_released(hand, scene, co
     assert [tuple(each.place) for each in scene.spectral.dial.bulbs] == [pytest.approx(each) for each in PLACES[:2]]
 
 
+def test_a_drag_ends_with_its_editor_and_its_scene(hand, scene, context) -> None:
+    """A script closed the editor, or showed another scene, while the mouse button was down: the region was freed, a
+    traceback appeared, and the dial of the other scene was turned.
+    """
+    dial, (area,) = scene.spectral.dial, context.window.screen.areas
+    settings, other = scene.spectral.viewport, scene.copy()
+    for change in ({"areas": []}, {"scene": other}):
+        settings.divider, drag = 0.25, Divider()
+        drag.invoke(context, at("LEFTMOUSE", 150))
+        hand.modal(context, event("LEFTMOUSE", place=(0.3, 0.4)))
+        context.window.screen.areas = change.get("areas", [area])
+        context.scene, context.area = change.get("scene", scene), None if "areas" in change else area
+        assert drag.modal(context, at("MOUSEMOVE", 300)) == {"FINISHED"}
+        assert hand.modal(context, event("MOUSEMOVE", place=(0.5, 0.1))) == {"RUNNING_MODAL"}
+        assert hand._drag is None
+        assert [each.spectral.viewport.divider for each in (scene, other)] == [0.25, 0.5]
+        assert tuple(dial.selector) == pytest.approx((0.3, 0.4))
+        assert tuple(other.spectral.dial.selector) == (0.0, 0.0)
+        context.window.screen.areas, context.scene, context.area = [area], scene, area
+
+
+def test_a_drag_of_the_divider_is_an_undo_step() -> None:
+    """Undo took Split View away with the drag, and Redo brought the divider back in the middle."""
+    assert "UNDO" in SPECTRAL_OT_look_divide.bl_options
+
+
 def test_a_dial_that_a_panel_has_moved_is_drawn_again(hand, context, monkeypatch) -> None:
     """Blender opens its panel of the last operation over an editor without drawing the editor again."""
     redrawn: list[bool] = []
