@@ -14,7 +14,7 @@ from bpy.types import Area, Context, Event, PropertyGroup, Region
 from spectral_core.errors import InvalidInputError, SpectralError
 
 from ..drawing import dial as drawn
-from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, snapped
+from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, on_disc, snapped
 from ..editing.dial import live
 from ..editing.dial.picture import look
 from ..editing.waiting import clear_status
@@ -177,9 +177,7 @@ class _Drag:
     click.
     """
 
-    def __init__(
-        self, target: Target, shape: DialShape, pressed: tuple[int, int], pixel: Pixel, before: Pixel
-    ) -> None:
+    def __init__(self, target: Target, shape: DialShape, pressed: tuple[int, int], pixel: Pixel, before: Pixel) -> None:
         """``pressed``: identifier of the scene, and address of the region, whose dial was pressed."""
         self.target, self.shape, self.before = target, shape, before
         self._pressed, self._start, self.is_click = pressed, pixel, True
@@ -197,7 +195,7 @@ class _Drag:
 
     def move(self, dial: PropertyGroup, pixel: Pixel, *, snap: bool) -> None:
         self.is_click = self.is_click and np.hypot(*np.subtract(pixel, self._start)) < CLICK_PIXELS
-        place = self.shape.place(pixel)
+        place = on_disc(self.shape.place(pixel))
         if self.target.kind != "bulb":
             dial.selector = snapped(place, _places(dial)) if snap else place
         elif not self.is_click:
@@ -223,7 +221,7 @@ def _key(context: Context, event: Event) -> bool:
     dial = dial_in(context)
     if event.type in ARROWS:
         step = FINE_NUDGE if event.shift else NUDGE
-        dial.selector = np.add(tuple(dial.selector), np.multiply(ARROWS[event.type], step))
+        dial.selector = on_disc(np.add(tuple(dial.selector), np.multiply(ARROWS[event.type], step)))
     elif event.type in DIGITS and DIGITS.index(event.type) < len(dial.bulbs):
         dial.selector = dial.bulbs[DIGITS.index(event.type)].place
     elif event.type == "ZERO":

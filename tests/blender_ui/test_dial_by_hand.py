@@ -110,6 +110,19 @@ def test_a_bulb_is_switched_by_a_click_and_moved_by_a_drag(hand, scene, context)
     assert tuple(dial.selector) == before and all(bulb.is_on for bulb in dial.bulbs)
 
 
+def test_no_drag_and_no_key_takes_a_handle_off_the_disc(hand, scene, context) -> None:
+    """A drag out of the view left the selector, or a bulb, where no mouse reached it."""
+    dial, edge = scene.spectral.dial, (1.25 * 0.6, -1.25 * 0.8)
+    for handle, start in ((dial, (0.0, 0.0)), (dial.bulbs[1], PLACES[1])):
+        hand.modal(context, event("LEFTMOUSE", place=start))
+        hand.modal(context, event("MOUSEMOVE", place=(6.0, -8.0)))
+        hand.modal(context, event("LEFTMOUSE", "RELEASE", place=(6.0, -8.0)))
+        assert tuple(handle.selector if handle is dial else handle.place) == pytest.approx(edge)
+    dial.selector = (1.24, 0.0)
+    hand.modal(context, event("RIGHT_ARROW"))
+    assert tuple(dial.selector) == pytest.approx((1.25, 0.0))
+
+
 @pytest.mark.parametrize(("key", "moved"), [("LEFT_ARROW", (-1, 0)), ("UP_ARROW", (0, 1))])
 def test_arrows_move_the_selector_and_shift_makes_them_fine(hand, scene, context, key, moved) -> None:
     dial = scene.spectral.dial
