@@ -103,6 +103,14 @@ class DialShape:
         return Target("disc") if self.is_over(at) else None
 
 
+def on_disc(place: ArrayLike) -> Array:
+    """The point (2,) of the disc that is nearest to ``place``: a view does not show what lies far outside the disc, and
+    no mouse could bring it back.
+    """
+    at = np.asarray(place, dtype=np.float64)
+    return np.array(at * min(1.0, DISC / max(float(np.hypot(*at)), DISC)))
+
+
 def snapped(place: ArrayLike, bulbs: ArrayLike) -> Array:
     """Snap ``place`` to the nearest bulb, middle of two bulbs or middle of the dial within reach; else to a grid."""
     at, spots = np.asarray(place, dtype=np.float64), np.reshape(np.asarray(bulbs, dtype=np.float64), (-1, 2))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.types import Context, Operator, PropertyGroup
+from bpy.types import Context, Operator, PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError, SpectralError
 
@@ -58,14 +58,18 @@ def palette_shown(context: Context) -> PropertyGroup:
 
 def palette_in(context: Context) -> PropertyGroup:
     """The palette of the scene in the window, to change it. Raises InvalidInputError if the scene is linked."""
-    scene = context.scene
+    require_kept(context.scene, "palette")
+    return palette_shown(context)
+
+
+def require_kept(scene: Scene, what: str) -> None:
+    """Raise InvalidInputError if a scene is linked: Blender does not keep changes of such a scene."""
     if not compat.is_editable(scene):
         source = bpy.path.basename(library_of(scene).filepath)
         raise InvalidInputError(
-            f"scene {scene.name!r} is linked from {source}, and Blender does not keep changes of its palette; open "
+            f"scene {scene.name!r} is linked from {source}, and Blender does not keep changes of its {what}; open "
             f"{source}, or press New Scene ▸ Full Copy and work in the copy"
         )
-    return palette_shown(context)
 
 
 def require_index(what: str, index: int, count: int) -> int:

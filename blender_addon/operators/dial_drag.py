@@ -14,7 +14,7 @@ from bpy.types import Area, Context, Event, PropertyGroup, Region
 from spectral_core.errors import InvalidInputError, SpectralError
 
 from ..drawing import dial as drawn
-from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, snapped
+from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, on_disc, snapped
 from ..editing.dial import live
 from ..editing.dial.picture import look
 from ..editing.waiting import clear_status
@@ -130,7 +130,7 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         if target is None:
             return {"PASS_THROUGH"}
         before = tuple(dial.selector) if target.kind != "bulb" else tuple(dial.bulbs[target.index].place)
-        drag = self._drag = _Drag(target, shape, place[1], pixel, before)
+        drag = self._drag = _Drag(target, shape, (context.scene.session_uid, place[1].as_pointer()), pixel, before)
         if target.kind == "disc":
             drag.move(dial, pixel, snap=False)
         return {"RUNNING_MODAL"}
@@ -140,10 +140,11 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         assert drag is not None
         if event.type.startswith("TIMER"):  # of an animation that is played, or of a recording
             return {"PASS_THROUGH"}
-        if drag.target.index >= len(dial.bulbs):  # a recording that has ended brought fewer
+        region = drag.region_in(context)
+        if region is None or drag.target.index >= len(dial.bulbs):  # a recording that has ended brought fewer
             self._drag = None
             return {"RUNNING_MODAL"}
-        pixel = (event.mouse_x - drag.region.x, event.mouse_y - drag.region.y)
+        pixel = (event.mouse_x - region.x, event.mouse_y - region.y)
         if event.type in ("MOUSEMOVE", "INBETWEEN_MOUSEMOVE"):
             drag.move(dial, pixel, snap=event.ctrl)
         elif event.type in ("ESC", "RIGHTMOUSE") and event.value == "PRESS":
@@ -176,13 +177,25 @@ class _Drag:
     click.
     """
 
-    def __init__(self, target: Target, shape: DialShape, region: Region, pixel: Pixel, before: Pixel) -> None:
-        self.target, self.shape, self.region, self.before = target, shape, region, before
-        self._start, self.is_click = pixel, True
+    def __init__(self, target: Target, shape: DialShape, pressed: tuple[int, int], pixel: Pixel, before: Pixel) -> None:
+        """``pressed``: identifier of the scene, and address of the region, whose dial was pressed."""
+        self.target, self.shape, self.before = target, shape, before
+        self._pressed, self._start, self.is_click = pressed, pixel, True
+
+    def region_in(self, context: Context) -> Region | None:
+        """The region that was pressed; None if its editor was closed, or if the window shows another scene.
+
+        It is found anew, because Blender frees the region of a closed editor, and Python would still read it.
+        """
+        scene, address = self._pressed
+        if context.scene.session_uid != scene:
+            return None
+        regions = [region for area in context.window.screen.areas for region in area.regions]
+        return next((region for region in regions if region.as_pointer() == address), None)
 
     def move(self, dial: PropertyGroup, pixel: Pixel, *, snap: bool) -> None:
         self.is_click = self.is_click and np.hypot(*np.subtract(pixel, self._start)) < CLICK_PIXELS
-        place = self.shape.place(pixel)
+        place = on_disc(self.shape.place(pixel))
         if self.target.kind != "bulb":
             dial.selector = snapped(place, _places(dial)) if snap else place
         elif not self.is_click:
@@ -208,7 +221,7 @@ def _key(context: Context, event: Event) -> bool:
     dial = dial_in(context)
     if event.type in ARROWS:
         step = FINE_NUDGE if event.shift else NUDGE
-        dial.selector = np.add(tuple(dial.selector), np.multiply(ARROWS[event.type], step))
+        dial.selector = on_disc(np.add(tuple(dial.selector), np.multiply(ARROWS[event.type], step)))
     elif event.type in DIGITS and DIGITS.index(event.type) < len(dial.bulbs):
         dial.selector = dial.bulbs[DIGITS.index(event.type)].place
     elif event.type == "ZERO":

@@ -110,6 +110,19 @@ def test_a_bulb_is_switched_by_a_click_and_moved_by_a_drag(hand, scene, context)
     assert tuple(dial.selector) == before and all(bulb.is_on for bulb in dial.bulbs)
 
 
+def test_no_drag_and_no_key_takes_a_handle_off_the_disc(hand, scene, context) -> None:
+    """A drag out of the view left the selector, or a bulb, where no mouse reached it."""
+    dial, edge = scene.spectral.dial, (1.25 * 0.6, -1.25 * 0.8)
+    for handle, start in ((dial, (0.0, 0.0)), (dial.bulbs[1], PLACES[1])):
+        hand.modal(context, event("LEFTMOUSE", place=start))
+        hand.modal(context, event("MOUSEMOVE", place=(6.0, -8.0)))
+        hand.modal(context, event("LEFTMOUSE", "RELEASE", place=(6.0, -8.0)))
+        assert tuple(handle.selector if handle is dial else handle.place) == pytest.approx(edge)
+    dial.selector = (1.24, 0.0)
+    hand.modal(context, event("RIGHT_ARROW"))
+    assert tuple(dial.selector) == pytest.approx((1.25, 0.0))
+
+
 @pytest.mark.parametrize(("key", "moved"), [("LEFT_ARROW", (-1, 0)), ("UP_ARROW", (0, 1))])
 def test_arrows_move_the_selector_and_shift_makes_them_fine(hand, scene, context, key, moved) -> None:
     dial = scene.spectral.dial
@@ -230,6 +243,32 @@ def test_a_dragged_bulb_that_a_recording_has_removed_is_released(hand, scene, co
     assert hand.modal(context, event("MOUSEMOVE", place=(0.1, 0.1))) == {"RUNNING_MODAL"}
     assert hand.modal(context, event("MOUSEMOVE", place=(0.1, 0.1))) == {"PASS_THROUGH"}
     assert [tuple(each.place) for each in scene.spectral.dial.bulbs] == [pytest.approx(each) for each in PLACES[:2]]
+
+
+def test_a_drag_ends_with_its_editor_and_its_scene(hand, scene, context) -> None:
+    """A script closed the editor, or showed another scene, while the mouse button was down: the region was freed, a
+    traceback appeared, and the dial of the other scene was turned.
+    """
+    dial, (area,) = scene.spectral.dial, context.window.screen.areas
+    settings, other = scene.spectral.viewport, scene.copy()
+    for change in ({"areas": []}, {"scene": other}):
+        settings.divider, drag = 0.25, Divider()
+        drag.invoke(context, at("LEFTMOUSE", 150))
+        hand.modal(context, event("LEFTMOUSE", place=(0.3, 0.4)))
+        context.window.screen.areas = change.get("areas", [area])
+        context.scene, context.area = change.get("scene", scene), None if "areas" in change else area
+        assert drag.modal(context, at("MOUSEMOVE", 300)) == {"FINISHED"}
+        assert hand.modal(context, event("MOUSEMOVE", place=(0.5, 0.1))) == {"RUNNING_MODAL"}
+        assert hand._drag is None
+        assert [each.spectral.viewport.divider for each in (scene, other)] == [0.25, 0.5]
+        assert tuple(dial.selector) == pytest.approx((0.3, 0.4))
+        assert tuple(other.spectral.dial.selector) == (0.0, 0.0)
+        context.window.screen.areas, context.scene, context.area = [area], scene, area
+
+
+def test_a_drag_of_the_divider_is_an_undo_step() -> None:
+    """Undo took Split View away with the drag, and Redo brought the divider back in the middle."""
+    assert "UNDO" in SPECTRAL_OT_look_divide.bl_options
 
 
 def test_a_dial_that_a_panel_has_moved_is_drawn_again(hand, context, monkeypatch) -> None:

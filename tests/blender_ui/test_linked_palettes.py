@@ -131,6 +131,14 @@ def test_the_table_of_a_linked_scene_is_not_changed(linked_scene, name, options)
     assert written(linked_scene) == before
 
 
+@pytest.mark.parametrize(("name", "options"), [("look_split", {}), ("look_under", {"kind": "LAMP", "name": "HP1"})])
+def test_the_look_of_a_linked_scene_is_not_changed(linked_scene, name, options) -> None:
+    with pytest.raises(RuntimeError, match=r"scene 'Master' is linked from master\.blend.*changes of its look"):
+        getattr(bpy.ops.spectral, name)(**options)
+    settings = linked_scene.spectral.viewport
+    assert not settings.is_split and settings.look.kind == settings.other.kind == "SCENE"
+
+
 def test_the_table_of_a_linked_scene_is_read_and_copied(linked_scene, tmp_path) -> None:
     assert bpy.ops.spectral.palette_export(filepath=str(tmp_path / "master.toml")) == {"FINISHED"}
     assert bpy.ops.spectral.spectra_export(filepath=str(tmp_path / "master")) == {"FINISHED"}

@@ -5,9 +5,12 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy.types import Context, Event
 
+from spectral_core.errors import InvalidInputError
+
 from ...drawing.covered import covered
 from ...drawing.split import is_split
 from ...properties.viewport import LOOKS
+from ..common import reporting, require_kept
 
 GRIP_PIXELS = 12.0
 """Largest distance of a press from the divider that starts a drag."""
@@ -30,8 +33,10 @@ class SPECTRAL_OT_look_under(bpy.types.Operator):
         description="Side of a split view",
     )
 
+    @reporting
     def execute(self, context: Context) -> set[str]:
-        """Set the look."""
+        """Set the look. Raises InvalidInputError if the scene is linked."""
+        require_kept(context.scene, "look")
         look = getattr(context.scene.spectral.viewport, self.side)
         if self.kind == look.kind and (self.kind == "SCENE" or getattr(look, self.kind.lower()) == self.name):
             look.kind = "SCENE"
@@ -49,8 +54,10 @@ class SPECTRAL_OT_look_split(bpy.types.Operator):
     bl_label = "Split View"
     bl_options = {"REGISTER", "UNDO"}
 
+    @reporting
     def execute(self, context: Context) -> set[str]:
-        """Split the view, or make it whole again."""
+        """Split the view, or make it whole again. Raises InvalidInputError if the scene is linked."""
+        require_kept(context.scene, "look")
         settings = context.scene.spectral.viewport
         settings.is_split = not settings.is_split
         if settings.is_split and settings.look.kind == settings.other.kind == "SCENE":
@@ -67,7 +74,7 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
 
     bl_idname = "spectral.look_divide"
     bl_label = "Drag Divider"
-    bl_options = {"INTERNAL"}
+    bl_options = {"INTERNAL", "UNDO"}
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -80,17 +87,23 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
         scale = context.preferences.system.ui_scale
         if region.type != "WINDOW" or abs(event.mouse_region_x - settings.divider * region.width) > GRIP_PIXELS * scale:
             return {"PASS_THROUGH"}
-        self.before = settings.divider
+        try:
+            require_kept(context.scene, "look")
+        except InvalidInputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self.before, self.scene = settings.divider, context.scene.session_uid
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Context, event: Event) -> set[str]:
-        """Follow the mouse until its button is released."""
+        """Follow the mouse until its button is released, or the editor or its scene is another one."""
         if event.type.startswith("TIMER"):  # of an animation that is played, or of a recording
             return {"PASS_THROUGH"}
-        settings = context.scene.spectral.viewport
+        settings, region = context.scene.spectral.viewport, context.region
+        if context.area is None or region is None or context.scene.session_uid != self.scene:
+            return {"FINISHED"}  # a script has closed the editor, or shows another workspace or scene
         if event.type == "MOUSEMOVE":
-            region = context.region
             known = covered(context.area, region)  # below a sidebar no mouse reaches the divider again
             to = min(max(event.mouse_region_x, known.left), region.width - known.right)
             settings.divider = min(max(to / max(region.width, 1), 0.0), 1.0)
