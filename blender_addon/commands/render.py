@@ -66,6 +66,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 NAMED = {"count of spectral bands": "--bands"}
+OF_PICTURES = ("out", "bands", "multilayer", "passes", "animation", "denoise", "target_error", "time_budget")
+
+
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    if arguments.write_mitsuba is None:
+        return {}
+    return dict.fromkeys(OF_PICTURES, "--write-mitsuba writes a scene and no picture")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -91,15 +99,12 @@ def run(arguments: argparse.Namespace) -> int:
         _tick(scene, arguments.passes)
         frames = _frames(arguments, scene)
         written = [_render_frame(arguments, measured, scene, frame, out) for frame in frames]
+    notes = [*_blend.missing_files(), *without, *(note for entry in written for note in entry.pop("notes"))]
     report: dict[str, Any] = {
         "files": [file for entry in written for file in entry["files"]],
         "frames": written,
         "colors": _colors(scene, out, arguments.bands),
-        "notes": list(
-            dict.fromkeys(
-                [*_blend.missing_files(), *without, *(note for entry in written for note in entry.pop("notes"))]
-            )
-        ),
+        "notes": list(dict.fromkeys(notes)),
         "seconds": round(time.perf_counter() - start, 3),
     }
     for entry in written:
@@ -129,9 +134,6 @@ def _write_mitsuba(arguments: argparse.Namespace, folder: Path) -> int:
     """Write the scene for Mitsuba instead of a picture."""
     from spectral_core.render.mitsuba_export import write_mitsuba
 
-    for name in ("out", "bands", "multilayer", "passes", "animation"):
-        if getattr(arguments, name):
-            raise InvalidInputError(f"--write-mitsuba writes a scene and no picture; leave out --{name}")
     with _blend.chatter_to_stderr():
         scene = _blend.open_scene(arguments)
         if arguments.frame is not None:

@@ -29,3 +29,26 @@ def test_values_that_no_file_takes_are_refused_before_the_file_is_opened(tmp_pat
     (tmp_path / "large.blend").write_text("no Blender file, as its opening would say")
     assert main(["render", str(tmp_path / "large.blend"), *words.split()]) == 1
     assert message in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "--denoise",
+        "--no-denoise",
+        "--target-error 2",
+        "--time-budget 9",
+        "--bands 7",
+        "--multilayer",
+        "--passes Depth",
+        "--animation",
+        "--out a.exr",
+    ],
+)
+def test_a_scene_for_mitsuba_refuses_the_options_of_pictures(tmp_path, capfd, words) -> None:
+    """It ignored --denoise, --target-error and --time-budget."""
+    (tmp_path / "large.blend").write_text("no Blender file, as its opening would say")
+    command = ["render", str(tmp_path / "large.blend"), "--write-mitsuba", str(tmp_path / "folder"), *words.split()]
+    assert main(command) == 1
+    expected = f"{words.split()[0]} has no effect here: --write-mitsuba writes a scene and no picture"
+    assert expected in capfd.readouterr().err
