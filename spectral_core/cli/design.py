@@ -33,7 +33,10 @@ TILE, INSET = 96, 32
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("palette", nargs="?", type=Path, help="a palette or a texture in TOML or JSON; see examples/")
+    parser.add_argument(
+        "palette", nargs="?", type=Path, metavar="PALETTE.toml",
+        help="a palette or a texture in TOML or JSON; see examples/",
+    )  # fmt: skip
     parser.add_argument("--preset", help="instead of a file: one of the presets by name, such as 'Hidden mark'")
     parser.add_argument("--out", type=Path, help="folder to write to (default: out/ and the palette's name)")
     parser.add_argument("--rounds", type=int, help="at most this many rounds, instead of the palette's own number")
