@@ -24,10 +24,8 @@ from spectral_core.scene import Scene
 
 MOST_LOST = 8
 """Missing data of a library that a note names."""
-GOALS = {"target_error": "ERROR", "time_budget": "TIME"}
-"""Options that end the sampling, and the file's setting for it."""
-NUMBERS = ("samples", "seed", *GOALS)
-"""Options that are numbers of the file's render settings."""
+GOALS = {"samples": "SAMPLES", "target_error": "ERROR", "time_budget": "TIME"}
+"""Options that end the sampling, and the file's setting for it, which may be another one."""
 
 
 def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
@@ -80,12 +78,11 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     scene = bpy.context.scene
     scene.render.engine = ENGINE
     settings = scene.spectral.render
-    for name, goal in (("samples", "SAMPLES"), *GOALS.items()):
-        if getattr(arguments, name, None) is not None:
-            settings.goal = goal  # also of a file whose renders end otherwise
-    for name in (*NUMBERS, "denoise"):
-        if getattr(arguments, name, None) is not None:
-            setattr(settings, name, getattr(arguments, name))
+    for name, number in _numbers(arguments).items():
+        setattr(settings, name, number)
+        settings.goal = GOALS.get(name, settings.goal)
+    if getattr(arguments, "denoise", None) is not None:
+        settings.denoise = arguments.denoise
     if arguments.percentage is not None:
         scene.render.resolution_percentage = arguments.percentage
     if arguments.transport is not None:
@@ -103,6 +100,12 @@ def require_blender() -> None:
     _bpy()
 
 
+def _numbers(arguments: argparse.Namespace) -> dict[str, float]:
+    """The numbers of the file's render settings that are given."""
+    known = {name: getattr(arguments, name, None) for name in ("samples", "seed", "target_error", "time_budget")}
+    return {name: value for name, value in known.items() if value is not None}
+
+
 def _require_values(arguments: argparse.Namespace) -> None:
     """Raise InvalidInputError for values that no file takes, before one is opened, which may take minutes.
 
@@ -112,16 +115,17 @@ def _require_values(arguments: argparse.Namespace) -> None:
 
     from ..properties.render import SpectralRender
 
-    if arguments.samples is not None:
-        for name in GOALS:
-            if getattr(arguments, name, None) is not None:
-                option = name.replace("_", "-")
-                raise InvalidInputError(f"--samples has no effect with --{option}, which ends the sampling; give one")
-    limits = {name: SpectralRender.bl_rna.properties[name] for name in NUMBERS}
-    limits["percentage"] = bpy.types.RenderSettings.bl_rna.properties["resolution_percentage"]
-    for name, known in limits.items():
-        value = getattr(arguments, name, None)
-        if value is not None and not known.hard_min <= value <= known.hard_max:
+    numbers = _numbers(arguments)
+    for name in numbers:
+        if name in GOALS and name != "samples" and "samples" in numbers:
+            option = name.replace("_", "-")
+            raise InvalidInputError(f"--samples has no effect with --{option}, which ends the sampling; give one")
+    limits = {name: (value, SpectralRender.bl_rna.properties[name]) for name, value in numbers.items()}
+    if arguments.percentage is not None:
+        size = bpy.types.RenderSettings.bl_rna.properties["resolution_percentage"]
+        limits["percentage"] = arguments.percentage, size
+    for name, (value, known) in limits.items():
+        if not known.hard_min <= value <= known.hard_max:
             given = f"--{name.replace('_', '-')} is {value:.12g}"
             raise InvalidInputError(f"{given}; expected a number from {known.hard_min:.6g} to {known.hard_max:.10g}")
     frame, known = getattr(arguments, "frame", None), bpy.types.Scene.bl_rna.properties["frame_current"]
