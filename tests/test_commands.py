@@ -103,6 +103,8 @@ def test_simple_mistakes_give_one_line(
             "spectral-scene mix: not understood: '--ligth', 'A'; did you mean --light?",
         ),
         (["volume", "x.nrrd"], "required: --transfer. See `spectral-scene volume --help`"),
+        (["recipe"], "required: lamp|paints|inks|filters, SPECTRA.csv. See `spectral-scene recipe --help`"),
+        (["recipe", "inks"], "required: SPECTRA.csv. See"),
     ],
 )
 def test_words_that_no_command_takes_give_one_line(

@@ -24,6 +24,8 @@ from spectral_core.scene import Scene
 
 MOST_LOST = 8
 """Missing data of a library that a note names."""
+GOALS = {"samples": "SAMPLES", "target_error": "ERROR", "time_budget": "TIME"}
+"""Options that end the sampling, and the file's setting for it, which may be another one."""
 
 
 def add_scene_arguments(parser: argparse.ArgumentParser) -> None:
@@ -68,6 +70,7 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     bpy = _bpy()
     from ..properties.render import ENGINE
 
+    _require_values(arguments)
     try:
         bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
     except RuntimeError as error:
@@ -75,24 +78,18 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     scene = bpy.context.scene
     scene.render.engine = ENGINE
     settings = scene.spectral.render
-    if arguments.samples is not None:
-        for name in ("target_error", "time_budget"):
-            if getattr(arguments, name, None) is not None:
-                option = name.replace("_", "-")
-                raise InvalidInputError(f"--samples has no effect with --{option}, which ends the sampling; give one")
-        settings.goal = "SAMPLES"  # also of a file whose renders end at an error or a time
-    for name in ("samples", "seed"):
-        _set(settings, name, getattr(arguments, name), name)
-    for name, goal in (("target_error", "ERROR"), ("time_budget", "TIME")):
-        if getattr(arguments, name, None) is not None:
-            settings.goal = goal
-            _set(settings, name, getattr(arguments, name), name)
+    for name, number in _numbers(arguments).items():
+        setattr(settings, name, number)
+        settings.goal = GOALS.get(name, settings.goal)
     if getattr(arguments, "denoise", None) is not None:
         settings.denoise = arguments.denoise
-    _set(scene.render, "resolution_percentage", arguments.percentage, "percentage")
+    if arguments.percentage is not None:
+        scene.render.resolution_percentage = arguments.percentage
     if arguments.transport is not None:
         settings.transport = arguments.transport.upper()
-    _override(settings, arguments.overrides)
+    for effect, value in _overrides(arguments.overrides).items():
+        entry = settings.overrides.get(effect) or settings.overrides.add()
+        entry.name, entry.value = effect, value
     if scene.camera is None:
         raise InvalidInputError(f"the scene {scene.name!r} of {path.name} has no camera; add one to it and save it")
     return scene
@@ -103,19 +100,42 @@ def require_blender() -> None:
     _bpy()
 
 
-def _set(owner: Any, name: str, value: float | None, option: str) -> None:
-    """Set a number unless it is None. Blender would move one beyond the property's limits without a message."""
-    if value is None:
-        return
-    known = owner.bl_rna.properties[name]
-    low, high = known.hard_min, known.hard_max
-    if not low <= value <= high:
-        given = f"--{option.replace('_', '-')} is {value:.12g}"
-        raise InvalidInputError(f"{given}; expected a number from {low:.6g} to {high:.10g}")
-    setattr(owner, name, value)
+def _numbers(arguments: argparse.Namespace) -> dict[str, float]:
+    """The numbers of the file's render settings that are given."""
+    known = {name: getattr(arguments, name, None) for name in ("samples", "seed", "target_error", "time_budget")}
+    return {name: value for name, value in known.items() if value is not None}
 
 
-def _override(settings: Any, texts: Sequence[str]) -> None:
+def _require_values(arguments: argparse.Namespace) -> None:
+    """Raise InvalidInputError for values that no file takes, before one is opened, which may take minutes.
+
+    Blender would move a number beyond a property's limits without a message.
+    """
+    import bpy
+
+    from ..properties.render import SpectralRender
+
+    numbers = _numbers(arguments)
+    for name in numbers:
+        if name in GOALS and name != "samples" and "samples" in numbers:
+            option = name.replace("_", "-")
+            raise InvalidInputError(f"--samples has no effect with --{option}, which ends the sampling; give one")
+    limits = {name: (value, SpectralRender.bl_rna.properties[name]) for name, value in numbers.items()}
+    if arguments.percentage is not None:
+        size = bpy.types.RenderSettings.bl_rna.properties["resolution_percentage"]
+        limits["percentage"] = arguments.percentage, size
+    for name, (value, known) in limits.items():
+        if not known.hard_min <= value <= known.hard_max:
+            given = f"--{name.replace('_', '-')} is {value:.12g}"
+            raise InvalidInputError(f"{given}; expected a number from {known.hard_min:.6g} to {known.hard_max:.10g}")
+    frame, known = getattr(arguments, "frame", None), bpy.types.Scene.bl_rna.properties["frame_current"]
+    if frame is not None and not known.hard_min <= frame <= known.hard_max:
+        raise InvalidInputError(f"--frame is {frame}; Blender stops at {known.hard_min} and {known.hard_max}")
+    _overrides(arguments.overrides)
+
+
+def _overrides(texts: Sequence[str]) -> dict[str, str]:
+    """Value of each effect that ``--set`` gives."""
     given: dict[str, str] = {}
     for text in texts:
         effect, separator, value = text.partition("=")
@@ -123,8 +143,7 @@ def _override(settings: Any, texts: Sequence[str]) -> None:
             raise InvalidInputError(f"--set {text!r} is not of the form EFFECT=VALUE, for example --set bounces=4")
         if given.setdefault(effect, value) != value:
             raise InvalidInputError(f"--set gives {effect} the values {given[effect]} and {value}; give one of them")
-        entry = settings.overrides.get(effect) or settings.overrides.add()
-        entry.name, entry.value = effect, value
+    return given
 
 
 def _bpy() -> Any:

@@ -65,6 +65,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     frames.add_argument("--animation", action="store_true", help="render every frame of the file's range")
 
 
+NAMED = {"count of spectral bands": "--bands"}
+OF_PICTURES = ("out", "bands", "multilayer", "passes", "animation", "denoise", "target_error", "time_budget")
+
+
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    if arguments.write_mitsuba is None:
+        return {}
+    return dict.fromkeys(OF_PICTURES, "--write-mitsuba writes a scene and no picture")
+
+
 def run(arguments: argparse.Namespace) -> int:
     """Render; exit status 0 if every frame was finished."""
     if arguments.write_mitsuba is not None:
@@ -81,21 +92,19 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError(f"passes fit into an .exr only; {out.name} is none")
     if (arguments.multilayer or arguments.passes) and arguments.bands is not None:
         raise InvalidInputError("spectral bands and passes are files of different layouts; request one of them")
+    measured = _bands.options(arguments.bands)  # before the file is opened, which may take minutes
     with _blend.chatter_to_stderr():
         scene = _blend.open_scene(arguments)
         without = _without_strips(scene)
         _tick(scene, arguments.passes)
         frames = _frames(arguments, scene)
-        written = [_render_frame(arguments, scene, frame, out) for frame in frames]
+        written = [_render_frame(arguments, measured, scene, frame, out) for frame in frames]
+    notes = [*_blend.missing_files(), *without, *(note for entry in written for note in entry.pop("notes"))]
     report: dict[str, Any] = {
         "files": [file for entry in written for file in entry["files"]],
         "frames": written,
         "colors": _colors(scene, out, arguments.bands),
-        "notes": list(
-            dict.fromkeys(
-                [*_blend.missing_files(), *without, *(note for entry in written for note in entry.pop("notes"))]
-            )
-        ),
+        "notes": list(dict.fromkeys(notes)),
         "seconds": round(time.perf_counter() - start, 3),
     }
     for entry in written:
@@ -125,13 +134,10 @@ def _write_mitsuba(arguments: argparse.Namespace, folder: Path) -> int:
     """Write the scene for Mitsuba instead of a picture."""
     from spectral_core.render.mitsuba_export import write_mitsuba
 
-    for name in ("out", "bands", "multilayer", "passes", "animation"):
-        if getattr(arguments, name):
-            raise InvalidInputError(f"--write-mitsuba writes a scene and no picture; leave out --{name}")
     with _blend.chatter_to_stderr():
         scene = _blend.open_scene(arguments)
         if arguments.frame is not None:
-            _go_to(scene, arguments.frame)
+            scene.frame_set(arguments.frame)
         made = write_mitsuba(translated_scene(arguments), folder)
     notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in made.notes)]
     print(f"{made.scene}: {len(made.files)} files; load it by mitsuba.load_file")
@@ -148,16 +154,13 @@ def _frames(arguments: argparse.Namespace, scene: Any) -> list[int]:
     return [scene.frame_current if arguments.frame is None else arguments.frame]
 
 
-def _go_to(scene: Any, frame: int) -> None:
-    """Set the frame. Raises InvalidInputError for one that Blender does not have."""
-    known = scene.bl_rna.properties["frame_current"]
-    if not known.hard_min <= frame <= known.hard_max:
-        raise InvalidInputError(f"--frame is {frame}; Blender stops at {known.hard_min} and {known.hard_max}")
-    scene.frame_set(frame)
+def _render_frame(
+    arguments: argparse.Namespace, measured: dict[str, Any], scene: Any, frame: int, out: Path
+) -> dict[str, Any]:
+    """Render a frame and write it; raises RenderError with the engine's message if it failed.
 
-
-def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Path) -> dict[str, Any]:
-    """Render a frame and write it; raises RenderError with the engine's message if it failed."""
+    ``measured``: the bands that the renderer measures beside the picture.
+    """
     import bpy
 
     from .. import jobs
@@ -166,11 +169,11 @@ def _render_frame(arguments: argparse.Namespace, scene: Any, frame: int, out: Pa
     is_split = scene.render.use_multiview and scene.render.image_settings.views_format == "INDIVIDUAL"
     ends = [view.file_suffix for view in scene.render.views if is_split or arguments.bands is not None]
     _blend.require_outputs([path], [path.with_stem(path.stem + end) for end in ends])
-    _go_to(scene, frame)
+    scene.frame_set(frame)
     jobs.records.clear()
     pictures: _bands.Pictures = []
     wanted = jobs.RenderRequest(
-        _bands.options(arguments.bands),
+        measured,
         lambda given: _blend.with_variant(given, arguments.variant),
         lambda *picture: None if arguments.bands is None else pictures.append(picture),
     )

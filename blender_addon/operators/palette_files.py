@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy.types import Context, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, first_of
 
 from .. import compat
 from ..editing.palette import solve as palette_solve
@@ -125,9 +125,10 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
     filter_glob: StringProperty(default="*.ase;*.gpl", options={"HIDDEN"})
     check_extension = None
     clip: BoolProperty(
-        name="Move into Gamut",
+        name="Clip to Gamut",
         default=True,
-        description="Replace each color that screens cannot show by the nearest color that they can show",
+        description="Cut the channels of colors that screens cannot show, as the table and the Standard view do. "
+        "Hues may change",
     )
 
     @reporting
@@ -144,7 +145,7 @@ class SPECTRAL_OT_swatches_export(bpy.types.Operator, ExportHelper):
         if moved:
             self.report(
                 {"WARNING"},
-                f"colors outside the gamut were moved into it: {len(moved)}, such as {', '.join(moved[:4])}",
+                f"colors outside the gamut were clipped, which may change hues: {first_of(moved, len(moved), 4)}",
             )
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from spectral_core.cli.shared.outputs import files_of_document, require_outputs
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, first_of
 from spectral_core.files.whole_set import whole_files
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
@@ -33,7 +33,10 @@ TILE, INSET = 96, 32
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("palette", nargs="?", type=Path, help="a palette or a texture in TOML or JSON; see examples/")
+    parser.add_argument(
+        "palette", nargs="?", type=Path, metavar="PALETTE.toml",
+        help="a palette or a texture in TOML or JSON; see examples/",
+    )  # fmt: skip
     parser.add_argument("--preset", help="instead of a file: one of the presets by name, such as 'Hidden mark'")
     parser.add_argument("--out", type=Path, help="folder to write to (default: out/ and the palette's name)")
     parser.add_argument("--rounds", type=int, help="at most this many rounds, instead of the palette's own number")
@@ -66,7 +69,8 @@ def run(arguments: argparse.Namespace) -> int:
     with whole_files(folder) as unfinished:  # before printing, because the reader of the table may close the pipe
         clipped = _write(unfinished, solution)
     if clipped:
-        print(f"note: swatches outside the display's gamut were moved to its edge: {', '.join(clipped)}")
+        named = first_of(clipped, len(clipped))
+        print(f"note: the channels of swatches outside the display's gamut were clipped, as screens show them: {named}")
     _print(solution)
     print(f"written to {folder}: {', '.join(WRITTEN)}")
     if arguments.json:

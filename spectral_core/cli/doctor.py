@@ -13,6 +13,7 @@ from importlib import metadata, util
 from spectral_core import __version__, child
 from spectral_core.cli.shared.report import print_json
 from spectral_core.cli.shared.trial import MARK
+from spectral_core.errors import how_to_install
 
 
 @dataclass(frozen=True)
@@ -83,8 +84,8 @@ def _python() -> Finding:
 
 def _package(module: str, distribution: str, needed_for: str, extra: str) -> Finding:
     if util.find_spec(module) is None:
-        name = f"spectral-scene[{extra}]" if extra else distribution
-        return Finding(distribution, False, "not installed", needed_for, f"pip install '{name}'", essential=not extra)
+        remedy = how_to_install(distribution, extra)
+        return Finding(distribution, False, "not installed", needed_for, remedy, essential=not extra)
     try:
         version = metadata.version(distribution)
     except metadata.PackageNotFoundError:

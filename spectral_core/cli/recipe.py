@@ -26,8 +26,11 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the command."""
-    parser.add_argument("kind", choices=["lamp", "paints", "inks", "filters"], help="what is mixed")
-    parser.add_argument("spectra", type=Path, help="file with one spectrum per channel, paint, ink or filter")
+    kinds = ["lamp", "paints", "inks", "filters"]
+    parser.add_argument("kind", choices=kinds, metavar="|".join(kinds), help="what is mixed")
+    parser.add_argument(
+        "spectra", type=Path, metavar="SPECTRA.csv", help="file with one spectrum per channel, paint, ink or filter"
+    )
     parser.add_argument("--most", type=int, metavar="N", help="channels or colorants in the recipe at most")
     parser.add_argument("--cct", type=float, metavar="K", help="lamp: color temperature in kelvin")
     parser.add_argument("--duv", type=float, default=0.0, help="lamp: distance from Planck's locus (0)")

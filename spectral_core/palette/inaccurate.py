@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.errors import first_of
 from spectral_core.palette.assemble.assembled import Assembled
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.design.linear_programs import least_miss
@@ -118,7 +119,9 @@ def only_black(problem: PaletteProblem, solved: tuple[Assembled, Answer] | None,
 
 
 def unlit(problem: PaletteProblem, state: PaletteState) -> list[str]:
-    """A note on each designed light, and each designed material, that is black because no cell needs more of it."""
+    """Notes on designed lights, one each, and on designed materials, one for all, that are black because no cell needs
+    more of them.
+    """
     notes, brightest = [], np.abs(state.light_matrices()[0]).max(axis=(1, 2))
     for j, light in enumerate(problem.lights):
         if light.free and brightest[j] < NO_LIGHT:
@@ -127,11 +130,18 @@ def unlit(problem: PaletteProblem, state: PaletteState) -> list[str]:
                 f"light {light.name!r} is black, which meets all requests of its column{white}. Require it to keep its "
                 "luminance (Keep Brightness), or give one of these cells a color other than black"
             )
+    black = []
     for material, values, row in zip(problem.reflectances, state.reflectances, problem.cells, strict=True):
         is_asked = any(cell.mode in (CellMode.BLACK, CellMode.FIXED) for cell in row)
         if values is not None and not is_asked and np.abs(values).max() < NO_LIGHT:
-            remedy = "give one of its cells a color if it should not be black"
-            notes.append(f"material {material.name!r} is black, which meets all its requests; {remedy}")
+            black.append(f"material {material.name!r}")
+    if len(black) == 1:
+        remedy = "give one of its cells a color if it should not be black"
+        notes.append(f"{black[0]} is black, which meets all its requests; {remedy}")
+    elif black:
+        named = first_of(black, len(black), MOST_NAMES)
+        remedy = "give one of the cells of each a color if it should not be black"
+        notes.append(f"{len(black)} materials are black, which meets all their requests: {named}; {remedy}")
     return notes
 
 

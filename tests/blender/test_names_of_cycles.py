@@ -28,12 +28,23 @@ def shown(build, name, kind="ShaderNodeAttribute"):
 
 
 @pytest.mark.parametrize("kind", ["ShaderNodeAttribute", "ShaderNodeVertexColor"])
-@pytest.mark.parametrize("name", ["color", "density", "vertex_color", "tangent"])
+@pytest.mark.parametrize("name", ["color", "density", "vertex_color", "tangent", "velocity"])
 def test_a_name_of_volumes_or_of_cycles_reads_nothing_with_a_note(build, translate, name, kind):
     shown(build, name, kind)
     scene = translate()
     assert not scene.meshes[0].attributes
     assert any(repr(name) in note.message and "rename" in note.message for note in scene.notes)
+
+
+def test_programs_read_nothing_from_the_velocity_that_blurs_a_mesh(build, translate):
+    """Cycles shows black, with motion blur and without; the materials had the velocity as their color."""
+    ball = shown(build, "velocity")
+    ball.data.attributes.remove(ball.data.attributes["velocity"])
+    ball.data.attributes.new("velocity", "FLOAT_VECTOR", "POINT").data.foreach_set("vector", [4.0, 0, 0] * 12)
+    bpy.context.scene.render.use_motion_blur = True
+    scene = translate()
+    assert [each.name for mesh in scene.meshes for each in mesh.attributes] == ["velocity"]
+    assert any("'velocity'" in note.message and "rename" in note.message for note in scene.notes)
 
 
 @pytest.mark.parametrize("name", ["Color", "colors", "Ng"])

@@ -33,6 +33,15 @@ TAKEN = {"volume --azimuth -1", "volume --elevation -1", "volume --raw-offset -1
 """Wrong for others, not for these options."""
 
 
+def test_every_word_without_an_option_reads_in_the_help_as_in_errors() -> None:
+    """Errors about a missing one asked for "kind", which no help has."""
+    for module in cli.command_packages(["blender_addon.commands"]).values():
+        parser = argparse.ArgumentParser()
+        importlib.import_module(module).add_arguments(parser)
+        for action in parser._actions:
+            assert action.option_strings or (action.metavar and str(action.metavar) in parser.format_help()), module
+
+
 def numbers(command: str) -> list[argparse.Action]:
     """The options of a command that take whole numbers or others."""
     parser = argparse.ArgumentParser()

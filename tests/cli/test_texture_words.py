@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from spectral_core.cli import main
 from spectral_core.spectra.pictures import write_picture
@@ -29,3 +31,37 @@ def test_observers_have_their_names(tmp_path: Path, capsys) -> None:
         write_picture(tmp_path / name, np.full((4, 4, 3), 0.2))
     assert main(["texture", str(tmp_path / "one.png"), str(tmp_path / "two.png"), "--out", str(tmp_path / "out")]) == 0
     assert "CIE 1964 10°: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("pictures", "lights", "settings", "named"),
+    [
+        (
+            1,
+            True,
+            "floor = 0.2\nimportance = 9.0\nled_width_nm = 40.0\nspectra = 6",
+            "floor, importance, led_width_nm; one",
+        ),
+        (2, True, "daylight_share = 0.3\nfloor = 0.2", "daylight_share; both lights are given"),
+        (2, True, "slope = 0.3\nmapping = 'uniform_contrast'", "slope; uniform_contrast"),
+        (1, True, "spectra = 6", ""),
+        (2, False, "daylight_share = 0.3\nfloor = 0.2\nimportance = 2.0", ""),
+    ],
+)
+def test_settings_of_a_document_without_effect_are_noted(
+    tmp_path: Path, capsys, pictures: int, lights: bool, settings: str, named: str
+) -> None:
+    """Options are refused there; settings counted for nothing in silence."""
+    files = [f"{number}.png" for number in range(pictures)]
+    for name in files:
+        write_picture(tmp_path / name, np.full((4, 4, 3), 0.2))
+    (tmp_path / "t.toml").write_text(
+        f"format = 'spectral-scene texture'\nversion = 1\npictures = {files}\n"
+        + ("lights = ['D65', 'FL11']\n" if lights else "")
+        + f"[settings]\n{settings}\n"
+    )
+    assert main(["texture", str(tmp_path / "t.toml"), "--out", str(tmp_path / "out"), "--json"]) == 0
+    printed = capsys.readouterr().out
+    notes = re.findall(r"note: settings without effect: (.*)", printed)
+    assert len(notes) == bool(named) and all(note.startswith(named) for note in notes)
+    assert len(json.loads(printed.splitlines()[-1])["notes"]) == bool(named)

@@ -131,4 +131,16 @@ def test_what_a_missing_value_decides_is_missing() -> None:
     assert evaluate("d > 1 or n > 0", columns) == [1.0, 1.0, None]
     assert evaluate("0 < d < 1 and not isnan(n)", columns) == [1.0, 0.0, 0.0]
     assert evaluate("where(isnan(d), 0, d)", columns) == [0.5, 2.0, 0.0]
-    assert evaluate('kind == "a"', columns) == [1.0, 0.0, 0.0]
+
+
+def test_what_a_missing_text_decides_is_missing() -> None:
+    """A row without a text was 0, as if its text was another one."""
+    columns = {"label": ["good", "", None, "bad"], "x": [1.0, 2.0, None, 4.0]}
+    assert evaluate('where(label == "good", 1, 0)', columns) == [1.0, None, None, 0.0]
+    assert evaluate('label != "good"', columns) == [0.0, None, None, 1.0]
+    assert evaluate('where("good" == label, "yes", "no")', columns) == ["yes", "", "", "no"]
+    assert evaluate('label == "bad" or x > 1', columns) == [0.0, 1.0, None, 1.0]
+    assert evaluate("label == label", columns) == [1.0, None, None, 1.0]
+    assert evaluate("isnan(label)", columns) == evaluate('label == ""', columns) == [0.0, 1.0, 1.0, 0.0]
+    assert evaluate('"none" if isnan(label) else label', columns) == ["good", "none", "none", "bad"]
+    assert evaluate('where(x > 1, "far", "near") == "far"', columns) == [0.0, 1.0, None, 1.0]

@@ -88,7 +88,7 @@ def test_labels_that_an_expression_reads_may_be_erased(tmp_path: Path) -> None:
     store, keys = sweep.store, sweep.store.columns()["key"]
     store.label("mark", {keys[1]: "good"})
     store.derive("good", 'where(mark == "good", 1, 0)')
-    assert store.columns()["good"] == [0.0, 1.0, 0.0, 0.0]
+    assert store.columns()["good"] == [None, 1.0, None, None]  # a point without a label
     store.label("mark", {keys[1]: None})
     assert store.columns()["good"] == [None] * 4 and "'mark'" in store.not_computed["good"]
     store.derive("twice", "2 * sum")  # what it reads is there

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from spectral_core import errors
+from spectral_core.cli import doctor
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -44,6 +45,17 @@ def test_blender_gets_a_command_for_its_own_python(monkeypatch) -> None:
 def test_what_the_extension_carries_is_installed_with_it(extra) -> None:
     text = str(errors.MissingDependencyError.package("mitsuba", "rendering", extra))
     assert "install the extension again" in text and "pip" not in text
+
+
+@pytest.mark.usefixtures("within_blender")
+def test_doctor_within_blender_names_remedies_for_it(monkeypatch) -> None:
+    """It printed the extras of a distribution that Blender's extension is not."""
+    monkeypatch.setattr(errors.sys, "executable", "/opt/blender/5.2/python/bin/python3.13")
+    monkeypatch.setattr(doctor.util, "find_spec", lambda _: None)
+    remedies = {entry[1]: doctor._package(*entry).remedy for entry in doctor.PACKAGES}
+    assert not [remedy for remedy in remedies.values() if "spectral-scene[" in remedy]
+    assert "install the extension again" in remedies["mitsuba"]
+    assert remedies["matplotlib"].startswith("install it with: /opt/blender/5.2/python/bin/python3.13 -m pip install ")
 
 
 def test_the_extension_carries_these_extras() -> None:

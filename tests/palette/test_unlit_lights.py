@@ -57,3 +57,13 @@ def test_a_material_that_nothing_asks_for_a_color_is_noted() -> None:
     materials = tuple(PaletteReflectance(name) for name in "abc")
     notes = solve_palette(PaletteProblem(design_grid(), tuple(lights), materials, rows)).notes
     assert [note[:20] for note in notes] == ["material 'b' is blac"]
+
+
+def test_many_materials_that_nothing_asks_for_a_color_have_one_note() -> None:
+    """A table whose cells are all free printed a note for each of its rows."""
+    lights = tuple(PaletteLight(normalized(illuminant(name))) for name in ("A", "D65"))
+    materials = tuple(PaletteReflectance(f"row {number}") for number in range(12))
+    problem = PaletteProblem(design_grid(), lights, materials, ((Cell.free(), Cell.free()),) * 12)
+    (note,) = solve_palette(problem).notes
+    assert note.startswith("12 materials are black, which meets all their requests: material 'row 0', material 'row 1'")
+    assert "and 8 more; give" in note and "row 4" not in note

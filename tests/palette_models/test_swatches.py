@@ -13,7 +13,7 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.palette import solve_palette
 from spectral_core.palette.files import Swatch, read_swatches, swatches_of, write_swatches
 from spectral_core.palette.presets import metamer_pair
-from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
+from spectral_core.spectra.color import display_hex_from_linear, display_rgb_from_linear, linear_from_display_rgb
 
 SWATCHES = [
     Swatch("rød Ω", np.array([1.0, 0.0, 0.25]), "daylight"),
@@ -107,6 +107,18 @@ def test_colors_outside_the_gamut_are_reported(tmp_path: Path) -> None:
     assert write_swatches(tmp_path / "s.gpl", [SWATCHES[0], sodium], clip=True) == ("sodium / sign",)
     nearest = linear_from_display_rgb(np.round(255 * display_rgb_from_linear([1, 0.5, 0])) / 255)
     np.testing.assert_allclose(read_swatches(tmp_path / "s.gpl")[1].linear_rgb, nearest)
+
+
+@pytest.mark.parametrize(
+    "color", [(1.2, 0.5, -0.1), (0.19, -0.24, 2.5), (4.0, 0.2, 0.2)], ids=["sodium", "blue", "red"]
+)
+def test_a_color_outside_the_gamut_is_written_as_the_table_shows_it(tmp_path: Path, color: tuple[float, ...]) -> None:
+    """The message spoke of the nearest color: that of the blue, by CIEDE2000, has less than half of this red."""
+    with pytest.raises(InvalidInputError, match="cut their channels at 0 and 1, as screens show them"):
+        write_swatches(tmp_path / "one.gpl", [Swatch("one", np.array(color))])
+    write_swatches(tmp_path / "one.gpl", [Swatch("one", np.array(color))], clip=True)
+    written = [int(word) for word in (tmp_path / "one.gpl").read_text().splitlines()[-1].split()[:3]]
+    assert "#" + bytes(written).hex() == display_hex_from_linear(np.array(color))
 
 
 @pytest.mark.parametrize("channel", [0, 1, 2])

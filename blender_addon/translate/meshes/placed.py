@@ -23,8 +23,8 @@ from ..placed_media import in_mesh
 from ..shading.attributes import color_of, object_attributes, random_of, root_of
 from ..viewport.kept import kept_or_made
 from ..visibility import note_volume, seen_as, shown_by, terminator_of
+from . import velocities
 from .triangles import READS_UV, object_mesh
-from .velocities import velocity_read
 
 if TYPE_CHECKING:
     from ..objects import Collected
@@ -101,7 +101,7 @@ def _shared(found: Collected, obj: Any, instance: Any, materials_of: MaterialsOf
     materials = materials_of(obj)
     reads = frozenset().union(*(item.reads for item in materials))
     shows_uv = frozenset({"uv"}) if found.translation.depsgraph.view_layer_eval.use_pass_uv else frozenset()
-    mesh = _mesh(found, obj, reads | shows_uv | velocity_read(found, obj.data), instance)
+    mesh = _mesh(found, obj, reads | shows_uv | velocities.velocity_read(found, obj.data), instance)
     if mesh is None:
         return None
     fields = {
@@ -151,7 +151,8 @@ def _note(found: Collected, obj: Any, reads: frozenset[str]) -> None:
 
 def _mesh(found: Collected, obj: Any, reads: frozenset[str], instance: Any) -> Mesh | None:
     """Mesh of an evaluated object, shared by all objects with the same evaluated data."""
-    reads = frozenset(name for name in reads if name in READS_UV or name.startswith(("generated", "attribute")))
+    wanted = READS_UV | {velocities.READ}
+    reads = frozenset(name for name in reads if name in wanted or name.startswith(("generated", "attribute")))
     key = (obj.data.as_pointer(), reads)
     if key not in found.meshes:
         data = obj.original.data if obj.data.is_editmode else obj.data  # without a name of its own in Edit Mode

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from spectral_core.scene.geometry import Attribute, Mesh
 
+from . import velocities
 from .apart import split_as_for_cycles, splits
 from .edges import at_vertices
 from .measures import READ, corner_vertices, floats, measure, normals_of
@@ -140,6 +141,9 @@ def _attribute(source: Any, name: str, corners: Array, undeformed: Any, groups: 
         source.edges.foreach_get("vertices", edges)
         normals = floats(source.vertex_normals, "vector", len(positions), 3)
         return _told_apart(measure(name[len(READ) :], positions, normals, edges.reshape(-1, 2)), corners)
+    if name == velocities.READ:
+        stored = source.attributes.get(velocities.NAME)
+        return None if stored is None else _values(source, stored, corners, "attribute")
     kind, _, attribute = name.partition(":")
     if kind not in OUTPUTS:
         return None
@@ -167,7 +171,7 @@ Attribute, its one number. On a mesh without the attribute they are 0, but ``att
 OF_CYCLES = frozenset(
     ("N", "tangent", "tangent_sign", "vertex_color", "undeformed", "undisplaced", "motion_P", "motion_N", "particle",
      "curve_intercept", "curve_length", "curve_random", "point_random", "ptex_face_id", "ptex_uv",
-     "shadow_transparency", "density", "color", "flame", "heat", "temperature")
+     "shadow_transparency", "density", "color", "flame", "heat", "temperature", "velocity")
 )  # fmt: skip
 """Names that Cycles keeps for data of its own, such as the grids of a volume: no other attribute is found by them.
 Those of which every mesh has data are in ``coordinate_nodes.ALWAYS_THERE``.

@@ -9,8 +9,10 @@ from typing import Any
 from spectral_core.scene import Mesh
 
 NAME = "velocity"
-READ = f"attribute:{NAME}"
-"""Name of the attribute in a ``Mesh``; in units of the object per second."""
+READ = "velocity"
+"""Name of the attribute in a ``Mesh``; in units of the object per second. No shading program reads it: for those Cycles
+keeps the attribute's name for the grids of a volume.
+"""
 
 
 def velocity_read(found: Any, data: Any) -> frozenset[str]:

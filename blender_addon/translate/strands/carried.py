@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.spectra.color import linear_from_display_rgb, luminance_from_linear_rgb
 
+from ..meshes import velocities
 from ..meshes.triangles import OF_CYCLES, OUTPUTS, output_of, stored_in, uv_layer, values_of
 from ..shading.attributes import POINT_PLACE, POINT_SIZE, hashed_pair
 
@@ -30,7 +31,7 @@ def content_of(data: Any, reads: frozenset[str]) -> bytes:
     Blender reports another geometry of them when a number of their material is edited, and to make the mesh takes a
     hundred times as long. ``reads``: the inputs of their materials.
     """
-    names = {"position", "radius", ROOT_UV} | {read.partition(":")[2] for read in reads}
+    names = {"position", "radius", ROOT_UV} | {_stored(read)[1] for read in reads}
     found = blake2b(digest_size=16)
     for attribute in data.attributes:
         values = stored_in(attribute) if attribute.name in names else None
@@ -78,8 +79,8 @@ def of_points(
         random = [hashed_pair(number, 0) / 0xFFFFFFFF for number in range(len(radii))]
         yield POINT_SIZE, np.column_stack([radii, random, np.ones(len(radii))])
     for read in sorted(reads):
-        kind, _, name = read.partition(":")
-        found = cloud.attributes.get(name) if kind in OUTPUTS and name not in OF_CYCLES else None
+        kind, name = _stored(read)
+        found = cloud.attributes.get(name) if kind in OUTPUTS else None
         values = values_of(found, kind) if found is not None and found.domain == "POINT" else None
         if values is not None:
             yield read, values
@@ -89,17 +90,25 @@ def of_curves(curves: Any, reads: frozenset[str], lengths: NDArray[Any], points:
     """Inputs that are attributes of hair curves, and their values (n, 3) at all points (n, 3)."""
     carried = {}
     for read in sorted(reads):
-        kind, _, name = read.partition(":")
+        kind, name = _stored(read)
         if read == "generated":  # they have no texture space, so that Cycles takes the position in the object
             carried[read] = points
             continue
         if kind == "uv" and not name:
             kind, name = "attribute", ROOT_UV
-        found = curves.attributes.get(name) if kind in OUTPUTS and name not in OF_CYCLES else None
+        found = curves.attributes.get(name) if kind in OUTPUTS else None
         values = values_of(found, kind) if found is not None else None
         if found is not None and values is not None:
             carried[read] = values if found.domain == "POINT" else np.repeat(values, lengths, axis=0)
     return carried
+
+
+def _stored(read: str) -> tuple[str, str]:
+    """The output and the name of the attribute that an input reads; no output if programs do not find the name."""
+    if read == velocities.READ:
+        return "attribute", velocities.NAME
+    kind, _, name = read.partition(":")
+    return "" if kind in OUTPUTS and name in OF_CYCLES else kind, name
 
 
 def on_emitter(

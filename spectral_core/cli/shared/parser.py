@@ -66,8 +66,15 @@ class CommandParser(argparse.ArgumentParser):
         """
         for action in self._actions:
             if action.dest in unused and getattr(arguments, action.dest) != action.default:
-                name = action.option_strings[-1] if action.option_strings else action.dest
+                name = _option_of(action, getattr(arguments, action.dest))
                 raise InvalidInputError(f"{name} has no effect here: {unused[action.dest]}")
+
+
+def _option_of(action: argparse.Action, value: Any) -> str:
+    """Name of the option that gave a value: ``--denoise`` or ``--no-denoise``, for one."""
+    if isinstance(action, argparse.BooleanOptionalAction) and value:
+        return action.option_strings[0]
+    return action.option_strings[-1] if action.option_strings else action.dest
 
 
 def _with_home(word: str) -> str:

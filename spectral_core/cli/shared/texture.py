@@ -53,6 +53,8 @@ def make_texture(
         written = _write(unfinished, outcome, figures, progress)
     progress(1.0, "done")
     _print(outcome, figures)  # after the files, because the reader of the lines may close the pipe
+    for note in outcome.notes:
+        print(f"note: {note}")
     print(f"written to {folder}: {', '.join(written)}")
     if as_json:
         print_json(figures | {"out": str(folder), "files": written})
@@ -83,6 +85,7 @@ def figures_of(outcome: TextureOutcome) -> dict[str, Any]:
             for each in white_differences(design.texture.lights)
         ],
         "seconds": design.seconds,
+        "notes": list(outcome.notes),
     }  # fmt: skip
     if outcome.allowed is not None:
         figures |= {"allowed_slope": outcome.allowed.slope, "allowed_contrast": outcome.allowed.contrast}

@@ -44,6 +44,12 @@ def _rank(column: Column) -> Column:
     return np.where(np.isnan(column), np.nan, order)
 
 
+def _missing(value: Any) -> NDArray[np.bool_]:
+    """True where a value is missing: an empty text, or NaN."""
+    array = np.asarray(value)
+    return array == "" if array.dtype.kind in "US" else np.isnan(array.astype(np.float64))
+
+
 FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
     "abs": (1, 1, np.abs), "sqrt": (1, 1, np.sqrt), "exp": (1, 1, np.exp), "log": (1, 1, np.log),
     "log2": (1, 1, np.log2), "log10": (1, 1, np.log10), "sin": (1, 1, np.sin), "cos": (1, 1, np.cos),
@@ -51,7 +57,7 @@ FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
     "ceil": (1, 1, np.ceil), "round": (1, 1, np.round), "sign": (1, 1, np.sign),
     "min": (2, 8, lambda *a: np.minimum.reduce(np.broadcast_arrays(*a))),
     "max": (2, 8, lambda *a: np.maximum.reduce(np.broadcast_arrays(*a))),
-    "clip": (3, 3, np.clip), "where": (3, 3, np.where), "isnan": (1, 1, np.isnan), "rank": (1, 1, _rank),
+    "clip": (3, 3, np.clip), "where": (3, 3, np.where), "isnan": (1, 1, _missing), "rank": (1, 1, _rank),
     "mean": (1, 1, np.nanmean), "median": (1, 1, np.nanmedian), "std": (1, 1, np.nanstd),
     "column_min": (1, 1, np.nanmin), "column_max": (1, 1, np.nanmax),
 }  # fmt: skip
@@ -209,6 +215,8 @@ def _value(node: ast.expr, column: Callable[[str], Column]) -> Any:
             given: list[Any] = [_value(each, column) for each in args]
             if name == "where":
                 return _chosen(*given)
+            if name == "isnan":
+                return _missing(*given)
             return FUNCTIONS[name][2](*(_numeric(value) for value in given))
     raise InvalidInputError(f"{_what(node)} cannot be computed")
 
@@ -227,12 +235,15 @@ def _truth(value: Any) -> NDArray[np.float64]:
 
 
 def _compared(compare: Callable[[Any, Any], Any], first: Any, second: Any) -> NDArray[np.float64]:
-    """A comparison as ``_truth`` gives it: that with a missing number is missing."""
+    """A comparison as ``_truth`` gives it: that with a missing number or text is missing.
+
+    A comparison with the text ``""`` that the expression states asks for missing texts, so that it is known.
+    """
     found = np.asarray(compare(first, second), np.float64)
-    for side in (np.asarray(first), np.asarray(second)):
-        if side.dtype.kind == "f":
-            found = np.where(np.isnan(side), np.nan, found)
-    return found
+    sides = (np.asarray(first), np.asarray(second))
+    if any(side.ndim == 0 and side.dtype.kind in "US" and not side.item() for side in sides):
+        return found
+    return np.where(np.logical_or(*map(_missing, sides)), np.nan, found)
 
 
 def _joined(truths: Sequence[NDArray[np.float64]], *, is_and: bool) -> NDArray[np.float64]:

@@ -60,10 +60,10 @@ def swatches_of(solution: PaletteSolution) -> list[Swatch]:
 
 
 def write_swatches(path: str | Path, swatches: Sequence[Swatch], *, clip: bool = False) -> tuple[str, ...]:
-    """Write ``.ase`` or ``.gpl``; returns the names of colors that were moved into the gamut.
+    """Write ``.ase`` or ``.gpl``; returns the names of colors whose channels were clipped.
 
-    Painting programs store display colors. ``clip`` moves each channel of other colors to the nearest end; without it
-    they raise InvalidInputError.
+    Painting programs store display colors. ``clip`` cuts each channel of other colors at 0 and 1, as screens show
+    them, which may change their hue; without it they raise InvalidInputError.
     """
     swatches = sequence_of("swatches", swatches)
     for swatch in swatches:
@@ -80,7 +80,7 @@ def write_swatches(path: str | Path, swatches: Sequence[Swatch], *, clip: bool =
     if outside and not clip:
         raise InvalidInputError(
             f"{len(outside)} of {len(swatches)} colors are outside of the display's gamut, such as {outside[0]!r}; "
-            "pass clip=True to write the nearest ones"
+            "pass clip=True to cut their channels at 0 and 1, as screens show them"
         )
     write_bytes(file, writers[file.suffix.lower()](file.stem, swatches))
     return outside

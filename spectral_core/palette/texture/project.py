@@ -36,6 +36,9 @@ VERSION = 1
 TEXTURE_SCHEMA = Schema("spectral_core.palette.texture", "texture.schema.json")
 DESIGNED_FLOOR, GIVEN_FLOOR = 0.02, 0.1
 """Gray that replaces black by default: designed lights allow far more contrast than given ones."""
+OF_TWO_PICTURES = ("floor", "slope", "mapping", "importance")
+OF_DESIGNED_LIGHTS = ("daylight_share", "led_width_nm")
+"""Settings that are for two pictures, and for lights that are designed."""
 _LIGHTS_SHARE, _BASIS_SHARE = 0.45, 0.75
 """Share of the work done when the lights are known, and when the basis is."""
 
@@ -98,12 +101,31 @@ class TextureProject:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TextureOutcome:
-    """The texture, the design of the lights if they were designed, and the outcome of each wanted color."""
+    """The texture, the design of the lights if they were designed, and the outcome of each wanted color.
+
+    ``notes``: settings of the project that had no effect.
+    """
 
     design: TextureDesign
     allowed: ReachableContrast | None
     designed_lights: LightDesign | None = None
     wanted_colors: tuple[PinResult, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def without_effect(project: TextureProject) -> tuple[str, ...]:
+    """A note for each cause by which settings of a project have no effect; those with their default need none."""
+    plain = TextureSettings()
+    changed = [each.name for each in fields(plain) if getattr(project.settings, each.name) != getattr(plain, each.name)]
+    causes: list[tuple[tuple[str, ...], str]]
+    if len(project.pictures) == 1:
+        causes = [(OF_TWO_PICTURES + OF_DESIGNED_LIGHTS, "one picture is designed without them; they are for two")]
+    else:
+        causes = [(OF_DESIGNED_LIGHTS, "both lights are given")] if project.lights else []
+        if project.settings.mapping == "uniform_contrast":
+            causes.append((("slope",), "uniform_contrast keeps as much contrast as every texel can show"))
+    found = [([name for name in names if name in changed], why) for names, why in causes]
+    return tuple(f"settings without effect: {', '.join(names)}; {why}" for names, why in found if names)
 
 
 def run_project(
@@ -138,7 +160,7 @@ def run_project(
         pinned = design_pinned_texture(
             pictures[0], first, second, project.wanted_colors, count=settings.spectra or 8, progress=texels
         )
-        return TextureOutcome(pinned.design, None, wanted_colors=pinned.uplift.pins)
+        return TextureOutcome(pinned.design, None, wanted_colors=pinned.uplift.pins, notes=without_effect(project))
     require_one_size(pictures)
     tell(0.0, "lights")
     designed = None
@@ -158,7 +180,7 @@ def run_project(
         count=settings.spectra or (8 if project.lights else 6), importance=(settings.importance, 1.0),
         progress=texels,
     )  # fmt: skip
-    return TextureOutcome(design, allowed, designed)
+    return TextureOutcome(design, allowed, designed, notes=without_effect(project))
 
 
 def read_project(path: str | Path) -> TextureProject:
