@@ -13,7 +13,7 @@ pytest.importorskip("mitsuba")
 
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.messages import AreaName
-from spectral_core.render.live.pace import COARSEST_STRIDE, FIRST_STRIDE, MOST_SAMPLES, Pace
+from spectral_core.render.live.pace import COARSEST_STRIDE, EMPTY_LAUNCHES, FIRST_STRIDE, MOST_SAMPLES, Pace
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.server import Server
 from spectral_core.render.live.view import Viewpoint, ViewRequest
@@ -51,7 +51,7 @@ class Machine:
                 took = self.takes(some * lanes)
                 pace.note(some * lanes, took)
                 if not is_first and pace.wants_fixed(took):
-                    pace.note_fixed(self.takes(0), some * lanes, took)
+                    pace.note_fixed(self.takes(0))
                 is_first = False
             has, sweep = has + some, pace.sweep(some, took)
         return stride
@@ -76,7 +76,7 @@ def test_a_large_view_with_a_long_fixed_time_keeps_launches_short() -> None:
     assert machine.picture(pace, LARGE, 64) == 4  # 32 ms of samples; 130 ms with a step of 2
     spent, machine.spent_s = machine.spent_s, 0.0
     machine.picture(pace, LARGE, 64)
-    assert spent > 0 and machine.spent_s < 2.2 * 64 * LARGE * 1e-6  # about half of it is fixed
+    assert spent > 0 and machine.spent_s < 3.2 * 64 * LARGE * 1e-6  # 9 times with blocks of 8 × 8
 
 
 @pytest.mark.parametrize(("sample_s", "stride"), [(2e-8, 4), (4e-7, 4), (8e-7, 8), (5e-6, 8), (2e-5, 16)])
@@ -87,10 +87,11 @@ def test_a_short_fixed_time_leaves_the_grid_as_the_samples_permit(sample_s: floa
 
 
 def test_a_fixed_time_that_was_measured_too_long_is_corrected() -> None:
-    """Another program slows down the launch without samples: the next launches must not become long."""
+    """Another program slows down all launches without samples: the next launches must not become long."""
     machine, pace = Machine(0.002, 1e-6), Pace()
     pace.note(LARGE // 16, machine.takes(LARGE // 16))
-    pace.note_fixed(5.0, LARGE // 16, machine.takes(LARGE // 16))
+    while pace.left:
+        pace.note_fixed(5.0)
     launches = []
     for _ in range(12):
         samples = LARGE // pace.stride(LARGE) ** 2
@@ -98,6 +99,16 @@ def test_a_fixed_time_that_was_measured_too_long_is_corrected() -> None:
         pace.note(samples, launches[-1])
     assert max(launches) < 0.15 and sum(launch > 0.05 for launch in launches) == 1
     assert pace.stride(LARGE) == 8 and pace.fixed_s == pytest.approx(0.002)
+
+
+def test_redraws_beside_launches_do_not_count_as_fixed_time() -> None:
+    """Blender's redraw of each picture uses both processors: first pictures took 200 to 500 ms where this counted."""
+    machine, pace = Machine(0.002, 1e-6), Pace()
+    pace.note(LARGE // 16, machine.takes(LARGE // 16))
+    for seconds in (0.04, 0.03, 0.06, 0.002):
+        assert pace.wants_fixed(0.03)
+        pace.note_fixed(seconds)
+    assert (pace.fixed_s, pace.left, pace.stride(LARGE)) == (0.0, 0, 8)
 
 
 def test_a_single_slow_launch_does_not_make_the_grid_coarser() -> None:
@@ -140,14 +151,14 @@ def test_the_server_measures_the_fixed_time_of_slow_launches_once(
         while not server.is_idle:
             server.work()
         first = area.read(told[-1][1].place)
-        assert (told[0][1].level, empty[0]) == (FIRST_STRIDE, 1)
+        assert (told[0][1].level, empty[0]) == (FIRST_STRIDE, EMPTY_LAUNCHES)
         for generation in (2, 3, 4):
             told.clear()
             request = replace(request, generation=generation, exposure=generation / 2)
             server.hear("view", ("view", request, place))
             while not server.is_idle:
                 server.work()
-        assert (told[0][1].level, told[0][1].samples, empty[0]) == (1, 1, 1)
+        assert (told[0][1].level, told[0][1].samples, empty[0]) == (1, 1, EMPTY_LAUNCHES)
         second = area.read(told[-1][1].place)
         assert first is not None and second is not None
         np.testing.assert_allclose(second[..., :3], 2.0 * first[..., :3], rtol=1e-5)  # the same samples

@@ -8,6 +8,7 @@ of the pixels, a coarse grid would make its pixels seem slow, and would stay coa
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 LAUNCH_S = 0.02
@@ -26,22 +27,28 @@ FIRST_STRIDE = 4
 """The step of a scene that has not been traced yet."""
 SLOWER = 1.1
 """Largest growth of the time of a launch from one to the next: other programs slow down single launches."""
+EMPTY_LAUNCHES, SHORT_S = 5, 0.01
+"""Launches without samples that measure the fixed time of a slow scene, and the time below which it does not count.
+Blender's redraw of a picture slows down one or two of them, and a fixed time of its length would make the next launches
+many times too large.
+"""
 MOST_FIXED = 0.9
-"""Largest share of the fixed time in that of a launch. If another program slowed down its measurement, the next
-launches would otherwise be many times too large. Larger launches then show what their samples take.
+"""The share of the least of them that counts as fixed, for the same reason. Larger launches then show what their
+samples take.
 """
 
 
 @dataclass
 class Pace:
-    """The time of the launches of one scene: ``fixed_s`` and ``sample_s`` for one sample of one pixel, None before the
-    first launch. ``knows_fixed``: True if ``fixed_s`` was measured since the latest change of the scene.
-    ``latest``: samples and seconds of the latest launch.
+    """The time of the launches of one loaded scene: ``fixed_s``, and ``sample_s`` for one sample of one pixel, None
+    before the first launch. ``left``: empty launches that are left to measure the fixed time; ``least_s``: the least of
+    their times; ``latest``: samples and seconds of the latest launch.
     """
 
     fixed_s: float = 0.0
     sample_s: float | None = None
-    knows_fixed: bool = False
+    left: int = EMPTY_LAUNCHES
+    least_s: float = math.inf
     latest: tuple[int, float] = (0, 0.0)
 
     def note(self, samples: int, seconds: float) -> None:
@@ -53,27 +60,29 @@ class Pace:
         self.sample_s = max(0.0, seconds - self.fixed_s) / samples
 
     def _correct(self, samples: int, seconds: float) -> None:
-        """Lower a fixed time that was measured while another program was at work: no launch is faster, and a launch of
-        more samples than the latest one shows what the samples take.
+        """Lower a fixed time that is too long: no launch is faster, and a launch of more samples than the latest one
+        shows what the samples take.
         """
         self.fixed_s = min(self.fixed_s, seconds)
         fewer, fewer_s = self.latest
-        if self.knows_fixed and samples >= 2 * fewer > 0:
+        if self.fixed_s and samples >= 2 * fewer > 0:
             each = max(0.0, seconds - fewer_s) / (samples - fewer)
-            if (left := max(0.0, fewer_s - fewer * each)) < self.fixed_s / 2:
+            if (rest := max(0.0, fewer_s - fewer * each)) < self.fixed_s / 2:
                 # it is measured again: the view may have become slower instead
-                self.fixed_s, self.sample_s, self.knows_fixed = left, None, False
+                self.fixed_s, self.sample_s, self.left, self.least_s = rest, None, EMPTY_LAUNCHES, math.inf
 
     def wants_fixed(self, seconds: float) -> bool:
-        """True if a launch took so long that the fixed time ought to be measured."""
-        return not self.knows_fixed and seconds > LAUNCH_S
+        """True if the fixed time ought to be measured after a launch that took ``seconds``."""
+        return self.left > 0 and seconds > LAUNCH_S
 
-    def note_fixed(self, seconds: float, samples: int, all_seconds: float) -> None:
-        """Take into account the time of a launch without samples, and of one with ``samples`` that took
-        ``all_seconds``.
-        """
-        self.fixed_s, self.sample_s, self.knows_fixed = min(seconds, MOST_FIXED * all_seconds), None, True
-        self.note(samples, all_seconds)
+    def note_fixed(self, seconds: float) -> None:
+        """Take into account the time of a launch without samples."""
+        self.left, self.least_s = self.left - 1, min(self.least_s, seconds)
+        if self.least_s < SHORT_S:
+            self.left = 0
+        elif not self.left:
+            self.fixed_s, self.sample_s = MOST_FIXED * min(self.least_s, self.latest[1]), None
+            self.note(*self.latest)
 
     def stride(self, pixels: int) -> int:
         """Step of the first picture of a view with so many pixels: the finest one that is fast."""

@@ -169,7 +169,6 @@ class Server:
             kept.stage.show(kept.scene)
             if kept.stage.loads != loads:
                 kept.pace = Pace()
-            kept.pace.knows_fixed = False  # an edit in place may add instances
         except SpectralError as error:
             self._say_trouble(name, kept, str(error))
         except Exception as error:  # noqa: BLE001 - the session is told, and the process serves on
@@ -231,13 +230,13 @@ class Server:
 
     @staticmethod
     def _measure(picture: ViewPicture, pace: Pace) -> None:
-        """Note how long the latest launch took; after a slow one, and once for each scene, the fixed time as well."""
+        """Note how long the latest launch took; after some slow ones of each loaded scene the fixed time as well."""
         if (latest := picture.latest) is None:
             return
         pace.note(latest.samples, latest.seconds)
         # the first launch of a picture may have been recorded and compiled, and is followed by its display
         if picture.launches > 1 and pace.wants_fixed(latest.seconds):
-            pace.note_fixed(picture.launch_nothing(), latest.samples, latest.seconds)
+            pace.note_fixed(picture.launch_nothing())
 
     def _show(self, name: str, view: _View, kept: _Kept, picture: ViewPicture, request: ViewRequest) -> None:
         """Tell the session what a view shows now; ``request``: the one that the picture answers."""
