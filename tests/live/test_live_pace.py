@@ -69,8 +69,8 @@ def test_a_long_fixed_time_does_not_keep_the_grid_coarse(fixed_s: float) -> None
     assert pace.fixed_s == pytest.approx(fixed_s, rel=0.1)
 
 
-def test_a_large_view_with_a_long_fixed_time_keeps_launches_short() -> None:
-    """Its samples take no longer than the fixed time, which no grid avoids."""
+def test_the_samples_of_a_large_view_take_no_longer_than_a_long_fixed_time() -> None:
+    """No grid avoids the fixed time; a change waits for twice of it at most."""
     machine, pace = Machine(0.065, 1e-6), Pace()
     machine.picture(pace, LARGE, 4)
     assert machine.picture(pace, LARGE, 64) == 4  # 32 ms of samples; 130 ms with a step of 2

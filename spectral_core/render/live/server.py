@@ -230,11 +230,11 @@ class Server:
 
     @staticmethod
     def _measure(picture: ViewPicture, pace: Pace) -> None:
-        """Note how long the latest launch took; after some slow ones of each loaded scene the fixed time as well."""
+        """Note how long the latest launch took; after slow ones of a newly loaded scene measure the fixed time, too."""
         if (latest := picture.latest) is None:
             return
         pace.note(latest.samples, latest.seconds)
-        # the first launch of a picture may have been recorded and compiled, and is followed by its display
+        # not after the first launch of a picture, which may have recorded and compiled, and whose picture is shown next
         if picture.launches > 1 and pace.wants_fixed(latest.seconds):
             pace.note_fixed(picture.launch_nothing())
 
