@@ -36,7 +36,7 @@ from .faces.coincident import coincident, doubled, edges
 from .faces.overlapping import overlapping
 from .faces.volumes import volumes_in_one_place
 from .lighting.rough_glass import note_lamps_beside_rough_glass
-from .meshes.triangles import OF_CYCLES, OUTPUTS, uv_layer
+from .meshes.triangles import OF_CYCLES, OF_UV_MAP, OUTPUTS, uv_layer
 
 Array = NDArray[np.float64]
 
@@ -273,7 +273,7 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
     for name in sorted(reads):
         kind, _, attribute = name.partition(":")
         missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
-        if kind in OUTPUTS and attribute in OF_CYCLES and attribute not in obj.data.uv_layers:
+        if kind in OUTPUTS and attribute in OF_CYCLES and kind != OF_UV_MAP:
             words = "Cycles keeps the attribute name {!r} for data of its own; its materials read 0: rename it"
             translation.note(obj.name, words.format(attribute))
         elif kind in OUTPUTS and attribute and missing:

@@ -36,6 +36,28 @@ def test_a_name_of_volumes_or_of_cycles_reads_nothing_with_a_note(build, transla
     assert any(repr(name) in note.message and "rename" in note.message for note in scene.notes)
 
 
+@pytest.mark.parametrize("kind", ["ShaderNodeAttribute", "ShaderNodeVertexColor", "ShaderNodeUVMap"])
+def test_uv_map_of_such_a_name_is_read_by_the_node_uv_map_alone(build, translate, kind):
+    """In Cycles, Attribute and Color Attribute are black there; they showed the UV map."""
+    ball = shown(build, "Color", kind if kind != "ShaderNodeUVMap" else "ShaderNodeAttribute")
+    uvs = np.tile(np.array([0.25, 0.75], np.float32), len(ball.data.loops))
+    ball.data.uv_layers.new(name="density").uv.foreach_set("vector", uvs)
+    tree = ball.data.materials[0].node_tree
+    shader = next(node for node in tree.nodes if node.type == "EMISSION")
+    node = tree.nodes.new(kind)
+    setattr(node, {"ShaderNodeAttribute": "attribute_name", "ShaderNodeVertexColor": "layer_name"}.get(kind, "uv_map"),
+            "density")  # fmt: skip
+    tree.links.new(node.outputs[0], shader.inputs["Color"])
+    scene = translate()
+    read = [each.values for each in scene.meshes[0].attributes]
+    if kind == "ShaderNodeUVMap":
+        (values,) = read
+        assert np.all(values == (0.25, 0.75, 0.0)) and not scene.notes
+    else:
+        assert not read
+        assert any("'density'" in note.message and "rename" in note.message for note in scene.notes)
+
+
 def test_programs_read_nothing_from_the_velocity_that_blurs_a_mesh(build, translate):
     """Cycles shows black, with motion blur and without; the materials had the velocity as their color."""
     ball = shown(build, "velocity")

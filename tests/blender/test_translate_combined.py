@@ -134,6 +134,41 @@ def test_limits_of_the_texture_mapping_panel_have_no_effect_as_in_cycles(build, 
     assert not [i for i in found.instructions if i.operation == "vector_math"]
 
 
+@pytest.mark.parametrize(("kind", "is_moved"), [("TexNoise", False), ("TexGradient", False), ("TexSky", True)])
+def test_the_panel_of_a_pattern_has_no_effect_on_a_vector_that_is_the_same_everywhere(build, translate, kind, is_moved):
+    """As in Cycles, where only pictures are moved then: a gradient of 0.35 was 1."""
+    colors = []
+    for shift in (0.0, 0.6):
+        material = build.material(f"{kind} {shift}")
+        node = _reading(material, f"ShaderNode{kind}", "Color", "Color")
+        node.texture_mapping.translation = (shift,) * 3
+        if kind == "TexSky":  # others have no Vector
+            node.sky_type = "PREETHAM"
+        place = material.node_tree.nodes.new("ShaderNodeCombineXYZ")
+        place.inputs["X"].default_value = place.inputs["Z"].default_value = 0.35
+        material.node_tree.links.new(place.outputs[0], node.inputs["Vector"])
+        build.plane(f"{kind} {shift}", material=material)
+        color = next(item.surface.color for item in translate().materials if item.name == material.name)
+        colors.append(np.asarray(color.linear_rgb))
+    assert np.allclose(*colors) is not is_moved
+
+
+def test_a_sky_has_its_own_color_at_the_zenith(build, translate):
+    """The picture's last row was mixed with its first one, of the ground, where a Vector points straight up."""
+    material = build.material()
+    node = _reading(material, "ShaderNodeTexSky", "Color", "Color")
+    node.sky_type, node.sun_direction = "PREETHAM", (0.0, 1.0, 0.2)
+    place = material.node_tree.nodes.new("ShaderNodeCombineXYZ")
+    material.node_tree.links.new(place.outputs[0], node.inputs["Vector"])
+    build.plane(material=material)
+    colors = []
+    for height in (0.9999, 1.0, 3.0):
+        place.inputs["Z"].default_value = height
+        color = next(item.surface.color for item in translate().materials)
+        colors.append(np.asarray(color.linear_rgb))
+    assert np.allclose(colors[0], colors[1], rtol=0.03) and np.allclose(colors[1], colors[2])
+
+
 def test_a_lamp_whose_nodes_are_not_linked_is_black(build, translate):
     lamp = build.light("POINT")
     lamp.data.use_nodes = True

@@ -69,6 +69,8 @@ AT_VERTICES = frozenset({"position", "normal", "true_normal", "incoming", "uv", 
 """Inputs of programs that a vertex has."""
 OF_STRANDS = "attribute_strand"
 """Beginning of inputs that hair alone has; they are 0 at the vertices of a mesh."""
+NAMED = ("attribute:", "attribute_uv:")
+"""Beginnings of attributes by name, which are 0 on a mesh that lacks them."""
 ZERO = ("ray:", "attribute_alpha", "attribute_factor", "backfacing")
 """Beginnings of inputs that are 0 at a vertex in Cycles, too; ``note_missing`` names attributes that a mesh lacks."""
 
@@ -77,7 +79,7 @@ def _unread(mesh: Mesh, moves: Sequence[Displacement | None], numbers: Mapping[s
     """Inputs of the displacement that vertices do not have."""
     asked = {name for move in moves if move is not None for name in move.offset.program.inputs}
     known = AT_VERTICES | set(numbers) | {attribute.name for attribute in mesh.attributes}
-    return {name for name in asked - known if not name.startswith((*ZERO, OF_STRANDS, *SPACE, "attribute:"))}
+    return {name for name in asked - known if not name.startswith((*ZERO, OF_STRANDS, *SPACE, *NAMED))}
 
 
 def moved_mesh(

@@ -151,7 +151,7 @@ def _attribute(source: Any, name: str, corners: Array, undeformed: Any, groups: 
         active = source.color_attributes
         index = active.render_color_index
         attribute = active[index].name if 0 <= index < len(active) else ""
-    elif attribute in OF_CYCLES and attribute not in source.uv_layers:
+    elif attribute in OF_CYCLES and kind != OF_UV_MAP:
         return None
     if attribute in source.uv_layers:
         uvs = _corner_uvs(source, corners, attribute)
@@ -162,7 +162,11 @@ def _attribute(source: Any, name: str, corners: Array, undeformed: Any, groups: 
     return None if groups is None or attribute not in groups else _weights(source, groups[attribute].index, corners)
 
 
-OUTPUTS = ("attribute", "attribute_alpha", "attribute_alpha_color", "attribute_factor")
+OF_UV_MAP = "attribute_uv"
+"""Prefix of a UV map that the node UV Map reads although its name is in ``OF_CYCLES``, as it does in Cycles."""
+
+
+OUTPUTS = ("attribute", "attribute_alpha", "attribute_alpha_color", "attribute_factor", OF_UV_MAP)
 """Prefixes of the names by which a program reads an attribute: its color or vector, its alpha, that of the node Color
 Attribute, its one number. On a mesh without the attribute they are 0, but ``attribute_alpha`` is 1, as in Cycles.
 """
@@ -173,7 +177,8 @@ OF_CYCLES = frozenset(
      "curve_intercept", "curve_length", "curve_random", "point_random", "ptex_face_id", "ptex_uv",
      "shadow_transparency", "density", "color", "flame", "heat", "temperature", "velocity")
 )  # fmt: skip
-"""Names that Cycles keeps for data of its own, such as the grids of a volume: no other attribute is found by them.
+"""Names that Cycles keeps for data of its own, such as the grids of a volume: no other attribute is found by them, and
+no UV map by the nodes Attribute and Color Attribute.
 Those of which every mesh has data are in ``coordinate_nodes.ALWAYS_THERE``.
 """
 

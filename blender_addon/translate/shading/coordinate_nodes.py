@@ -10,6 +10,7 @@ import numpy as np
 from spectral_core.scene.shading.geometry import FILTER_WIDTH, shifted_by
 
 from ..meshes.measures import READ
+from ..meshes.triangles import OF_CYCLES, OF_UV_MAP
 from ..questions import distance_of_world
 from .attributes import ALPHA, NOTHING, POINT_PLACE, POINT_SIZE, view_layer_attribute
 from .fields import Value
@@ -60,7 +61,8 @@ def _uv_map(reader: Reader, output: Output) -> Any:
     if output.node.from_instancer:
         return reader.point("object_attribute:INSTANCE:UV")
     name = output.node.uv_map
-    return reader.point(f"attribute:{name}" if name else "uv")
+    kind = OF_UV_MAP if name in OF_CYCLES else "attribute"
+    return reader.point(f"{kind}:{name}" if name else "uv")
 
 
 @evaluator("NEW_GEOMETRY")

@@ -21,6 +21,8 @@ from .tree import Output
 
 SKY_ROWS = 512
 """Rows of the picture of a sky."""
+LAST_ROWS = (0.5 / SKY_ROWS, 1 - 0.5 / SKY_ROWS)
+"""Heights in the picture of the middles of its first and last rows: beyond one it would go on with the other."""
 WIDE_SUN = 0.1
 """Angle (radian) above which the sun's disk is drawn into the sky: a light is evenly bright."""
 MIDDLE_SUN, LOW = 0.02, 0.1
@@ -83,7 +85,9 @@ def _sky(reader: Reader, output: Output) -> Any:
     texture = ImageTexture("sky", pixels.astype(np.float32), "linear", "repeat")
     reader.skies[id(texture)] = (texture, atmosphere, angle, float(node.sun_intensity))
     place = reader.emit("sphere_place", _upright(reader, place_of(reader, output, "generated")), settings=(False,))
-    return reader.emit("image_color", place, settings=(False,), data=texture)
+    across, up = (reader.emit("component", place, settings=(axis,)) for axis in range(2))
+    up = reader.emit("clamp", up, *LAST_ROWS, settings=("MINMAX",))
+    return reader.emit("image_color", reader.emit("joined", across, up, 0.0), settings=(False,), data=texture)
 
 
 def drawn(atmosphere: Atmosphere, angle: float, intensity: float) -> tuple[NDArray[np.float64], float]:

@@ -20,6 +20,9 @@ from .reader import NEUTRAL, Reader, evaluator
 from .texture import file_of, spectral_image_of
 from .tree import Output
 
+PICTURES = ("TEX_IMAGE", "TEX_ENVIRONMENT", "TEX_SKY")
+"""Textures whose panel acts on a Vector that is the same everywhere, too; that of patterns does not, in Cycles."""
+
 
 def place_of(reader: Reader, output: Output, implicit: str) -> Value:
     """Coordinates of a texture node: its Vector, else its implicit ones, through its Texture Mapping panel."""
@@ -28,6 +31,8 @@ def place_of(reader: Reader, output: Output, implicit: str) -> Value:
         place = reader.point(implicit)
     else:  # an input of a group that nothing is linked to has its own value, as in Cycles
         place = reader.as_value(reader.field(socket))
+        if place.constant is not None and output.node.type not in PICTURES:
+            return place
     return _through_panel(reader, output.node, place)
 
 
@@ -94,13 +99,12 @@ def _image(reader: Reader, output: Output) -> Any:
     if texture is None:
         return 1.0 if is_alpha else np.array(MISSING)
     unassociates = alpha_is_read(reader.translation, output) and texture.pixels.shape[2] == 4
+    place = place_of(reader, output, "uv")
     if node.projection == "BOX":
-        place = place_of(reader, output, "uv")
         normal = reader.emit("transformed", reader.point("normal"), settings=("NORMAL", "WORLD", "OBJECT"))
         blend = float(node.projection_blend)
         found = reader.emit("image_box", place, normal, settings=(unassociates, blend), data=texture)
         return reader.emit("component", found, settings=(0,)) if is_alpha else found
-    place = place_of(reader, output, "uv")
     if node.projection in ("SPHERE", "TUBE"):
         place = reader.emit("round_coordinates", place, settings=(node.projection,))
     found = reader.emit("image_color", place, settings=(unassociates,), data=texture)
@@ -229,17 +233,15 @@ def _magic(reader: Reader, output: Output) -> Any:
     return color if output.socket.type == "RGBA" else reader.emit("mean", color)
 
 
-GABOR_OUTPUTS = ("Value", "Phase", "Intensity")
-
-
 @evaluator("TEX_GABOR")
 def _gabor(reader: Reader, output: Output) -> Any:
     names = (("Scale", 5), ("Frequency", 2), ("Anisotropy", 1), ("Orientation 2D", 0.25 * np.pi))
     values = [reader.read(output, name, float(value)) for name, value in names]
     direction = reader.read(output, "Orientation 3D", np.array((1.0, 1.0, 0.0)))
-    settings = (2 if output.node.gabor_type == "2D" else 3,)
-    found = reader.emit("gabor", place_of(reader, output, "generated"), *values, direction, settings=settings)
-    return reader.emit("component", found, settings=(GABOR_OUTPUTS.index(output.socket.name),))
+    settings, place = (2 if output.node.gabor_type == "2D" else 3,), place_of(reader, output, "generated")
+    found = reader.emit("gabor", place, *values, direction, settings=settings)
+    part = ("Value", "Phase", "Intensity").index(output.socket.name)
+    return reader.emit("component", found, settings=(part,))
 
 
 @evaluator("TEX_GRADIENT")
@@ -251,10 +253,10 @@ def _gradient(reader: Reader, output: Output) -> Any:
 def _radial_tiling(reader: Reader, output: Output) -> Any:
     names = (("Vector", np.zeros(3)), ("Sides", 5.0), ("Roundness", 0.0))
     values = [reader.read(output, name, fallback) for name, fallback in names]
-    sides, roundness = (np.inf if value.constant is None else float(value.constant[0]) for value in values[1:])
-    if sides <= 2.0 and 0.0 < roundness < 1.0:
-        words = f"2 sides with a roundness of {roundness:.3g} exceed the largest numbers in Cycles; use 0 or 1"
-        reader.note(f"{output.label!r}: {words}")
+    sides, roundness = (None if value.constant is None else float(value.constant[0]) for value in values[1:])
+    if sides is not None and sides <= 2.0 and (roundness is None or 0.0 < roundness < 1.0):
+        words = f"at most 2 sides with a roundness of {'a link' if roundness is None else format(roundness, '.3g')}"
+        reader.note(f"{output.label!r}: {words} exceed the largest numbers in Cycles; use 0 or 1")
     if output.socket.name == "Segment Coordinates":
         return reader.emit("radial_tiling", *values, settings=(bool(output.node.normalize),))
     found = reader.emit("radial_segment", *values)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spectral_core.spectra.color import linear_from_display_rgb, luminance_from_linear_rgb
 
 from ..meshes import velocities
-from ..meshes.triangles import OF_CYCLES, OUTPUTS, output_of, stored_in, uv_layer, values_of
+from ..meshes.triangles import OF_CYCLES, OF_UV_MAP, OUTPUTS, output_of, stored_in, uv_layer, values_of
 from ..shading.attributes import POINT_PLACE, POINT_SIZE, hashed_pair
 
 Array = NDArray[np.float64]
@@ -108,7 +108,7 @@ def _stored(read: str) -> tuple[str, str]:
     if read == velocities.READ:
         return "attribute", velocities.NAME
     kind, _, name = read.partition(":")
-    return "" if kind in OUTPUTS and name in OF_CYCLES else kind, name
+    return "" if kind in OUTPUTS and kind != OF_UV_MAP and name in OF_CYCLES else kind, name
 
 
 def on_emitter(
@@ -138,12 +138,14 @@ def on_emitter(
             center, half = (np.array(value[:]) for value in (mesh.texspace_location, mesh.texspace_size))
             yield read, (roots - center) / (2 * np.where(half == 0, 1.0, half)) + 0.5
             continue
-        layer = uv_layer(mesh, name) if kind == "uv" or (kind in OUTPUTS and name in mesh.uv_layers) else None
+        is_hidden = kind != OF_UV_MAP and name in OF_CYCLES
+        has_map = kind == "uv" or (kind in OUTPUTS and not is_hidden and name in mesh.uv_layers)
+        layer = uv_layer(mesh, name) if has_map else None
         if layer is not None:
             uvs = read_all(system.uv_on_emitter, "uv_no", mesh.uv_layers.find(layer.name), 2)
             uvs = np.column_stack([uvs, np.zeros(len(uvs))])
             yield read, uvs if kind == "uv" else output_of(uvs, 2, kind)
-        elif kind in OUTPUTS and name not in OF_CYCLES and (name in colors or (not name and colors)):
+        elif kind in OUTPUTS and not is_hidden and (name in colors or (not name and colors)):
             at = colors.index(name) if name in colors else max(0, mesh.vertex_colors.active_index)
             found = linear_from_display_rgb(read_all(system.mcol_on_emitter, "vcol_no", at, 3))
             yield read, output_of(np.column_stack([found, np.ones(len(found))]), 4, kind)

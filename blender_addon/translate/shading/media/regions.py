@@ -26,7 +26,7 @@ COARSE, TOO_COARSE = 0.02, 0.10
 the mean.
 """
 PROBES = 4096
-NAMED = ("attribute:", "attribute_factor:")
+NAMED = ("attribute:", "attribute_factor:", "attribute_uv:")
 """Beginnings of the names of grids that nodes read; a missing grid is 0."""
 CHUNK = 1 << 18
 FINER, MOST_FINER = (1, 2, 4, 8), 1 << 22
