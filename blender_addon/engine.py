@@ -18,8 +18,8 @@ from spectral_core.scene import Note, Scene, has_holes
 from . import jobs
 from .drawing.clock import clock
 from .properties.render import ENGINE
+from .translate.camera import axes_of
 from .translate.camera.motion import with_motion
-from .translate.frames import rigid
 from .translate.passes import cryptomatte_header, fill_passes, pass_notes, passes_of, slots_of
 from .translate.scene import translate_scene
 from .translate.viewport.look import look_of, preview_scene
@@ -197,13 +197,13 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         if not depsgraph.scene_eval.render.use_multiview or _has_own_cameras(depsgraph.scene_eval):
             return scene
         eye = self.camera_override or depsgraph.scene_eval.camera
-        matrix = np.asarray(self.camera_model_matrix(eye), dtype=np.float64).reshape(4, 4)
+        placed = axes_of(np.asarray(self.camera_model_matrix(eye), dtype=np.float64).reshape(4, 4))
         shift = (self.camera_shift_x(eye), scene.camera.shift[1])
-        seen = replace(scene, camera=replace(scene.camera, world_from_camera=rigid(matrix), shift=shift))
+        seen = replace(scene, camera=replace(scene.camera, world_from_camera=placed, shift=shift))
         if not scene.moments:
             return seen
         # both eyes move like the camera between them
-        eye_from_middle = np.linalg.inv(scene.camera.world_from_camera) @ rigid(matrix)
+        eye_from_middle = np.linalg.inv(scene.camera.world_from_camera) @ placed
         moments = [
             replace(
                 m, camera=replace(m.camera, world_from_camera=m.camera.world_from_camera @ eye_from_middle, shift=shift)

@@ -83,6 +83,66 @@ def test_an_object_without_motion_blur_does_not_move(build, moments):
     assert np.ptp(places(scene, "Plane")) == 0 and np.ptp(places(scene, "Other")) > 0.5
 
 
+def _shown_by_an_empty(build):
+    """A plane in a collection that a flying empty shows; returns both."""
+    thing, group = build.plane(), bpy.data.collections.new("Group")
+    group.objects.link(thing)
+    bpy.context.scene.collection.objects.unlink(thing)
+    empty = build.object("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", group
+    fly(empty)
+    return thing, empty
+
+
+@pytest.mark.parametrize("still", [0, 1])
+def test_motion_blur_of_what_another_object_shows_is_switched_off_by_either(build, moments, still):
+    owners = _shown_by_an_empty(build)
+    assert len(moments().moments) > 0
+    owners[still].cycles.use_motion_blur = False
+    assert moments().moments == ()
+
+
+@pytest.mark.parametrize("finer", [0, 1])
+def test_what_another_object_shows_moves_in_the_more_steps_of_the_two(build, moments, finer):
+    owners = _shown_by_an_empty(build)
+    for frame, height in ((0, 0), (1.25, 1), (3, 0)):
+        owners[1].location.y = height
+        owners[1].keyframe_insert("location", frame=frame)
+    make_linear(owners[1])
+    bpy.context.scene.render.motion_blur_position = "START"
+    bpy.context.scene.spectral.render.samples = 128
+    owners[finer].cycles.motion_steps = 2
+    found = moments()
+    placed = [item.world_from_object[1, 3] for each in found.moments for item in found.at(each).instances]
+    assert max(placed) > 0.97  # 0.75 and less in two steps
+
+
+def test_an_object_moves_where_its_mesh_of_the_same_name_changes_its_number_of_vertices(build, moments):
+    thing = build.plane("Mesh")
+    wire = thing.modifiers.new("Wire", "SUBSURF")
+    wire.subdivision_type, wire.render_levels = "SIMPLE", 1
+    for frame, levels in ((0, 1), (1, 1), (1.5, 3)):
+        wire.levels = levels
+        wire.keyframe_insert("levels", frame=frame)
+    fly(thing)
+    scene = moments()
+    assert [mesh.name for mesh in scene.meshes] == ["Mesh"] and np.ptp(places(scene, "Mesh")) > 0.5
+    assert [note.subject for note in scene.notes if "number of vertices" in note.message] == ["Mesh"]
+
+
+def test_what_is_hidden_at_first_stays_there_as_in_the_middle(build, moments):
+    thing = build.plane()
+    for frame, hidden in ((0, True), (1, False)):
+        thing.hide_viewport = hidden
+        thing.keyframe_insert("hide_viewport", frame=frame)
+    fly(thing)
+    scene = moments()
+    count = len(scene.moments)
+    expected = np.maximum(1.0, 0.5 + (np.arange(count) + 0.5) / count)
+    np.testing.assert_allclose(places(scene, "Plane"), expected, atol=1e-6)
+    assert [note.subject for note in scene.notes if "all the time" in note.message] == ["Plane"]
+
+
 def test_a_moving_camera_and_a_fixed_lamp(build, moments):
     build.plane()
     lamp = build.light("POINT")

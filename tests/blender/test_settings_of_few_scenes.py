@@ -55,14 +55,16 @@ def test_a_metal_whose_index_varies_is_named_by_its_input(build, translate):
     assert "shader: Extinction supports one vector only; its mean was used" in messages(translate())
 
 
-@pytest.mark.parametrize("kind", ["PANO", "PERSP"])
+@pytest.mark.parametrize("kind", ["PANO", "PERSP", "ORTHO"])
 def test_spherical_stereo_is_named(build, translate, kind):
     build.plane()
     lens = build.camera().data
     lens.type, lens.stereo.use_spherical_stereo = kind, True
     assert "spherical stereo" not in messages(translate())
     bpy.context.scene.render.use_multiview = True
-    assert ("spherical stereo" in messages(translate())) == (kind == "PANO")
+    assert ("spherical stereo" in messages(translate())) == (kind != "ORTHO")
+    bpy.context.scene.render.views_format = "MULTIVIEW"
+    assert "spherical stereo" not in messages(translate())
 
 
 @pytest.mark.parametrize("output", ["Ray Depth", "Diffuse Depth", "Is Diffuse Ray", "Glossy Depth"])

@@ -47,17 +47,15 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         note_changed(translation, camera.name, item)
     if lens.type not in ("PERSP", "ORTHO", "PANO"):
         translation.note(camera.name, f"a {lens.type.lower()} camera is shown as a perspective one")
-    if lens.type == "PANO" and translation.scene.render.use_multiview:
+    render = translation.scene.render
+    if lens.type in ("PANO", "PERSP") and render.use_multiview and render.views_format == "STEREO_3D":
         note_changed(translation, camera.name, lens.stereo)
     orthographic = lens.type == "ORTHO"
-    shown = panorama_of(lens, translation.scene.render) if lens.type == "PANO" else None
-    placed = rigid(matrix)
-    if np.linalg.det(matrix[:3, :3]) < 0:
-        placed[:3, 1] *= -1  # a mirrored camera gives a mirrored picture, as in Cycles
+    shown = panorama_of(lens, render) if lens.type == "PANO" else None
     near = max(lens.clip_start, 1e-6)
     radius, focus = lens_of(camera)
     return Camera(
-        world_from_camera=placed,
+        world_from_camera=axes_of(matrix),
         kind="panoramic" if shown is not None else ("orthographic" if orthographic else "perspective"),
         field_of_view_rad=MIDDLE_VIEW_RAD
         if shown is not None
@@ -72,6 +70,14 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         aperture=aperture_of(lens.dof),
         panorama=shown,
     )
+
+
+def axes_of(matrix: np.ndarray) -> np.ndarray:
+    """Axes of length 1 of a camera. A mirrored camera gives a mirrored picture, as in Cycles."""
+    placed = rigid(matrix)
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        placed[:3, 1] *= -1
+    return placed
 
 
 def _orthographic_scale(camera: Any) -> float:

@@ -22,11 +22,21 @@ class Identity:
     is_particle: bool = field(compare=False)
 
 
+Owners = tuple[int, int]
+"""Session numbers of an instance's object and of what shows it, 0 if it shows itself."""
+
+
+def owners_of(instance: Any) -> Owners:
+    """Object of an instance of the depsgraph, and what shows it."""
+    shown_by = instance.parent if instance.is_instance else None
+    return instance.object.original.session_uid, 0 if shown_by is None else shown_by.original.session_uid
+
+
 def identities_of(instance: Any, count: int) -> list[Identity]:
     """Identities of the ``count`` instances that the translation made of one of the depsgraph."""
-    owner, parent, place, is_particle = instance.object.original.session_uid, 0, (), False
+    place: tuple[int, ...] = ()
+    (owner, parent), is_particle = owners_of(instance), False
     if instance.is_instance:
-        parent = instance.parent.original.session_uid if instance.parent is not None else 0
         place, is_particle = tuple(instance.persistent_id), instance.particle_system is not None
     return [Identity(owner, parent, place, part, is_particle) for part in range(count)]
 

@@ -18,18 +18,20 @@ from numpy.typing import NDArray
 from spectral_core.scene import Camera, Instance, Light, Mesh, Moment, Note, Scene
 from spectral_core.scene.motion import same_camera, same_mesh
 
-from ..context import Translation, stated
+from ..context import Translation, stated, whole
 from ..meshes.velocities import flown
 from ..objects import collect
 from ..visibility import cycles_settings
 from . import translate_camera
 from .between import between
-from .identities import Named, shown_in_the_middle
+from .identities import Named, Owners, owners_of, shown_in_the_middle
 
 FEWEST, MOST = 8, 32
 """Least and largest number of instants of a picture with motion."""
 SAMPLES_PER_MOMENT = 4
 """Least number of samples of an instant."""
+CHANGED = "its number of vertices changes while the shutter is open; its shape is rendered without that motion"
+ABSENT = "it is not there all the time that the shutter is open; meanwhile it is rendered without motion"
 SHIFTS = {"START": 0.0, "CENTER": -0.5, "END": -1.0}
 """Opening time of the shutter relative to the frame, in shares of its open time."""
 
@@ -66,7 +68,7 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
     frame, subframe = int(source.frame_current), float(source.frame_subframe)
     first = frame + subframe + SHIFTS[render.motion_blur_position] * render.motion_blur_shutter
     chosen = camera if camera is not None else source.camera
-    parts = {obj.name_full: _parts(stated(obj, depsgraph)) for obj in depsgraph.objects}
+    parts = _parts_of_all(depsgraph)
     most = max([motion for motion, _ in parts.values()] + [_parts(chosen)[0] if chosen else 0, 2])
     named = _named(depsgraph)
     keys: dict[int, _Key] = {}
@@ -88,12 +90,8 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
         frame_set(frame, subframe)
     count = int(np.clip(scene.film.samples // SAMPLES_PER_MOMENT, FEWEST, MOST))
     ordered = [shown[place] for place in range(most + 1)]
-    lost = _lost(scene, ordered)
-    moments = tuple(_moment(scene, ordered, steps, float(time), lost) for time in instants(render, count))
-    notes = tuple(
-        Note(name, "its shape or number of vertices changes while the shutter is open; it is rendered without motion")
-        for name in sorted(lost)
-    )
+    ordered, notes = _completed(scene, ordered)
+    moments = tuple(_moment(scene, ordered, steps, float(time)) for time in instants(render, count))
     lights = _lights(scene, ordered[most // 2])
     return replace(scene, moments=moments, lights=lights, notes=(*scene.notes, *notes))
 
@@ -106,7 +104,7 @@ def _flown(key: _Key, middle: _Key, seconds: float) -> _Key:
 
 def _in_the_middle(scene: Scene, middle: _Key) -> Scene:
     """A scene in which nothing is blurred: it is shown in the middle of the shutter's open time, as in Cycles."""
-    moment = _moment(scene, [middle] * 3, _Steps(0, {}, {}), 0.5, _lost(scene, [middle]))
+    moment = _moment(scene, _completed(scene, [middle] * 3)[0], _Steps(0, {}, {}), 0.5)
     return replace(scene.at(moment), lights=_lights(scene, middle))
 
 
@@ -138,6 +136,27 @@ def _parts(obj: Any) -> tuple[int, int]:
     return count, count if cycles_settings(obj, "use_deform_motion", True) else 0
 
 
+def _parts_of_all(depsgraph: Any) -> dict[Owners, tuple[int, int]]:
+    """Parts of the motion and deformation of each object, and of each one that another shows, by session numbers."""
+    found: dict[Owners, tuple[int, int]] = {}
+    for instance in depsgraph.object_instances:
+        owners = owners_of(instance)
+        if owners not in found:
+            shown_by = instance.parent if owners[1] else None
+            found[owners] = _both(
+                *(
+                    (2, 2) if obj is None else _parts(stated(whole(obj, depsgraph), depsgraph))
+                    for obj in (instance.object, shown_by)
+                )
+            )
+    return found
+
+
+def _both(own: tuple[int, int], shown_by: tuple[int, int]) -> tuple[int, int]:
+    """Parts of an object that another one shows: none if either has none, else the more of the two, as in Cycles."""
+    return tuple(max(pair) if all(pair) else 0 for pair in zip(own, shown_by, strict=True))  # type: ignore[return-value]
+
+
 def _named(depsgraph: Any) -> Named:
     """Names of the instances of the frame that ``depsgraph`` shows; those of no instancer never change."""
     if not any(item.is_instance for item in depsgraph.object_instances):
@@ -146,12 +165,12 @@ def _named(depsgraph: Any) -> Named:
     return Named(dict(zip(found.identities, (item.name for item in found.instances), strict=True)))
 
 
-def _key(depsgraph: Any, camera: Any, parts: dict[str, tuple[int, int]], named: Named) -> tuple[_Key, _Steps]:
+def _key(depsgraph: Any, camera: Any, parts: dict[Owners, tuple[int, int]], named: Named) -> tuple[_Key, _Steps]:
     """The scene at the frame that ``depsgraph`` shows."""
     translation = Translation.of(depsgraph, bpy.data)
     chosen = camera if camera is not None else depsgraph.scene_eval.camera
     found = collect(translation)
-    owners = [parts.get(obj.name_full, (2, 2)) for obj in found.originals]
+    owners = [parts.get((each.owner, each.shown_by), (2, 2)) for each in found.identities]
     placed = named.placed(found.identities, found.instances)
     own = list(zip(placed.values(), owners, strict=True))
     key = _Key(
@@ -160,20 +179,41 @@ def _key(depsgraph: Any, camera: Any, parts: dict[str, tuple[int, int]], named: 
         {mesh.name: mesh for mesh in found.meshes.values() if mesh is not None},
         {light.name: light for light in found.lights},
     )
-    still = {item.mesh for item, (_, deforming) in own if not deforming}
-    meshes = {item.mesh: 0 if item.mesh in still else deforming for item, (_, deforming) in own}
+    meshes = {item.mesh: deforming for item, (_, deforming) in own}  # the last instance decides, as in Cycles
     moving = parts.get(chosen.name_full, (2, 2))[0] if chosen is not None else 0
     return key, _Steps(moving, {item.name: motion for item, (motion, _) in own}, meshes)
 
 
-def _lost(scene: Scene, keys: list[_Key]) -> set[str]:
-    """Instances and meshes that another instant lacks, or has with another number of vertices."""
-    lost = {item.name for item in scene.instances if any(item.name not in key.placed for key in keys)}
-    for mesh in scene.meshes:
-        others = [key.shapes.get(mesh.name) for key in keys]
-        if any(other is None or other.positions.shape != mesh.positions.shape for other in others):
-            lost.add(mesh.name)
-    return lost
+def _completed(scene: Scene, keys: list[_Key]) -> tuple[list[_Key], tuple[Note, ...]]:
+    """The instants with the whole scene, and a note for each instance and mesh that some of them lack.
+
+    As in Cycles, what an instant lacks, or has with another number of vertices, is there as in the middle. What the
+    middle lacks as well stays as the scene has it.
+    """
+    middle = keys[len(keys) // 2]
+    placed = {item.name: middle.placed.get(item.name, item) for item in scene.instances}
+    shapes = {mesh.name: mesh if _differ(mesh, middle.shapes.get(mesh.name)) else middle.shapes[mesh.name]
+              for mesh in scene.meshes}  # fmt: skip
+    changed = {
+        name for name, mesh in shapes.items()
+        if any(name in key.shapes and _differ(mesh, key.shapes[name]) for key in keys)
+    }  # fmt: skip
+    absent = {name for name in placed if any(name not in key.placed for key in keys)}
+    full = [
+        replace(
+            key,
+            placed=placed | key.placed,
+            shapes=key.shapes | {name: mesh for name, mesh in shapes.items() if _differ(mesh, key.shapes.get(name))},
+        )
+        for key in keys
+    ]
+    told = {CHANGED: changed, ABSENT: absent}
+    return full, tuple(Note(name, text) for text, names in told.items() for name in sorted(names))
+
+
+def _differ(mesh: Mesh, other: Mesh | None) -> bool:
+    """True if a mesh cannot move to another shape."""
+    return other is None or other.positions.shape != mesh.positions.shape
 
 
 def _moves(scene: Scene, key: _Key, steps: _Steps) -> bool:
@@ -201,23 +241,21 @@ def _around(keys: list[_Key], parts: int, time: float) -> tuple[_Key, _Key, floa
     return keys[number * last // parts], keys[(number + 1) * last // parts], time * parts - number
 
 
-def _moment(scene: Scene, keys: list[_Key], steps: _Steps, time: float, lost: set[str]) -> Moment:
-    """The scene at a time, in shares of the shutter's open time."""
+def _moment(scene: Scene, keys: list[_Key], steps: _Steps, time: float) -> Moment:
+    """The scene at a time, in shares of the shutter's open time; ``keys``: as ``_completed`` gives them."""
     instances = []
     for item in scene.instances:
-        if item.name not in lost:
-            one, other, share = _around(keys, steps.instances.get(item.name, 0), time)
-            first, last = (key.placed[item.name].world_from_object for key in (one, other))
-            placed = between(first, last, share)
-            if not np.array_equal(placed, item.world_from_object):
-                instances.append(replace(item, world_from_object=placed))
+        one, other, share = _around(keys, steps.instances.get(item.name, 0), time)
+        first, last = (key.placed[item.name].world_from_object for key in (one, other))
+        placed = between(first, last, share)
+        if not np.array_equal(placed, item.world_from_object):
+            instances.append(replace(item, world_from_object=placed))
     meshes = []
     for mesh in scene.meshes:
-        if mesh.name not in lost:
-            one, other, share = _around(keys, steps.meshes.get(mesh.name, 0), time)
-            shape = _blend(mesh, one.shapes[mesh.name], other.shapes[mesh.name], share)
-            if not same_mesh(mesh, shape):
-                meshes.append(shape)
+        one, other, share = _around(keys, steps.meshes.get(mesh.name, 0), time)
+        shape = _blend(mesh, one.shapes[mesh.name], other.shapes[mesh.name], share)
+        if not same_mesh(mesh, shape):
+            meshes.append(shape)
     return Moment(_seen_from(scene.camera, keys, steps.camera, time), tuple(instances), tuple(meshes))
 
 
