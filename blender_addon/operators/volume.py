@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The transfer function of the active Volume: presets, files, materials, colors from the palette."""
 
+import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import bpy
@@ -11,7 +13,9 @@ from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError
 
+from ..editing.volume.frames import frames_of, range_of
 from ..editing.waiting import Waiting, WaitingForFile
+from ..properties.volume import RANGE_KEY
 from ..translate.palette.apply import store_result
 from ..translate.spectra.stored import require_editable
 from ..translate.volume_looks import curves as stored
@@ -52,12 +56,13 @@ def _reading(context: Context, data: Volume) -> "Callable[[], ScalarVolume]":
     """Reads the data at the present frame; only an evaluated copy has it, which may be made by the nodes of the
     object.
     """
-    from ..translate.volumes import reading_of
+    from ..translate.volumes import SavedGrids, is_made, reading_of
 
     depsgraph, active = context.evaluated_depsgraph_get(), context.object
-    owner = active if active is not None and active.data == data else None
-    evaluated = data.evaluated_get(depsgraph) if owner is None else owner.evaluated_get(depsgraph).data
-    return reading_of(evaluated, grid=data.spectral.grid)
+    owner = active.evaluated_get(depsgraph) if active is not None and active.data == data else None
+    evaluated = data.evaluated_get(depsgraph) if owner is None else owner.data
+    saved = SavedGrids(evaluated) if is_made(evaluated, owner) else None
+    return reading_of(evaluated, saved, data.spectral.grid)
 
 
 def _editable_volume(context: Context) -> Volume:
@@ -85,10 +90,19 @@ class _OnVolume:
         return False
 
 
+@dataclass(frozen=True)
+class _Fitted:
+    """A transfer function in fractions, and the range of the frames of a sequence that they refer to from now on."""
+
+    look: "TransferDocument"
+    ends: tuple[float, float] | None = None
+
+
 class _Fitting(_OnVolume):
     """Base of operators that read the voxels of the active volume, and then store a transfer function in it."""
 
     can_be_left = True
+    stopping: threading.Event
     _uid = 0
 
     def remember(self, context: Context) -> Volume:
@@ -97,13 +111,36 @@ class _Fitting(_OnVolume):
         self._uid = data.session_uid
         return data
 
-    def end(self, _scene: Scene, answer: "TransferDocument") -> None:
+    def fitting(
+        self, context: Context, fit: "Callable[[ScalarVolume, tuple[float, float] | None], TransferDocument]"
+    ) -> Callable[[], _Fitted]:
+        """Work that reads the voxels, those of all frames of a sequence of Blender's own, and fits a function to them.
+
+        ``fit`` takes the voxels, and the range that fractions refer to or None.
+        """
+        data = self.remember(context)
+        frames, stopping = frames_of(data), self.stopping
+        if frames is None:
+            read, known = _reading(context, data), volume_transfer.value_range(data)
+            return lambda: _Fitted(fit(read(), known))
+
+        def work() -> _Fitted:
+            found = range_of(frames, stopping)
+            if found is None:
+                raise InvalidInputError(f"none of the {len(frames)} files {frames.pattern} can be read")
+            return _Fitted(fit(found.widest, found.ends), found.ends)
+
+        return work
+
+    def end(self, _scene: Scene, answer: _Fitted) -> None:
         data = next((each for each in bpy.data.volumes if each.session_uid == self._uid), None)
         if data is None:
             raise InvalidInputError(
                 "the volume was deleted while its voxels were read, so no transfer function is stored"
             )
-        volume_transfer.store_transfer(data, answer)
+        volume_transfer.store_transfer(data, answer.look)
+        if answer.ends is not None:
+            data[RANGE_KEY] = list(answer.ends)
 
 
 class SPECTRAL_OT_transfer_preset(_Fitting, Waiting, bpy.types.Operator):
@@ -113,18 +150,12 @@ class SPECTRAL_OT_transfer_preset(_Fitting, Waiting, bpy.types.Operator):
     bl_label = "Transfer Function Preset"
     preset: EnumProperty(name="Preset", items=PRESETS, description="Transfer function to begin with")
 
-    def begin(self, context: Context) -> "Callable[[], TransferDocument]":
+    def begin(self, context: Context) -> Callable[[], _Fitted]:
         from spectral_core.volume.documents.transfer_document import stated_in_fractions
         from spectral_core.volume.presets import preset
 
-        data, name = self.remember(context), self.preset
-        read, known = _reading(context, data), volume_transfer.value_range(data)
-
-        def work() -> "TransferDocument":
-            voxels = read()
-            return stated_in_fractions(preset(name, voxels), voxels, known)
-
-        return work
+        name = self.preset
+        return self.fitting(context, lambda voxels, known: stated_in_fractions(preset(name, voxels), voxels, known))
 
 
 class SPECTRAL_OT_transfer_import(_Fitting, WaitingForFile, bpy.types.Operator, ImportHelper):
@@ -135,20 +166,19 @@ class SPECTRAL_OT_transfer_import(_Fitting, WaitingForFile, bpy.types.Operator, 
     filename_ext = ".toml"
     filter_glob: StringProperty(default="*.toml;*.json", options={"HIDDEN"})
 
-    def begin(self, context: Context) -> "Callable[[], TransferDocument]":
+    def begin(self, context: Context) -> Callable[[], _Fitted]:
         from spectral_core.volume.documents.transfer_document import stated_in_fractions
         from spectral_core.volume.documents.transfer_file import read_transfer
 
         data, stated = self.remember(context), read_transfer(chosen_path(self.filepath))
-        if (stated.values, stated.length) == ("fraction", "voxel"):
-            return lambda: stated
-        read, known = _reading(context, data), volume_transfer.value_range(data)
+        is_stated = (stated.values, stated.length) == ("fraction", "voxel")
+        if is_stated and frames_of(data) is None:
+            return lambda: _Fitted(stated)
 
-        def work() -> "TransferDocument":
-            voxels = read()
-            return stated_in_fractions(stated.for_volume(voxels, known), voxels, known)
+        def fit(voxels: "ScalarVolume", known: tuple[float, float] | None) -> "TransferDocument":
+            return stated if is_stated else stated_in_fractions(stated.for_volume(voxels, known), voxels, known)
 
-        return work
+        return self.fitting(context, fit)
 
 
 class SPECTRAL_OT_transfer_export(_OnVolume, bpy.types.Operator, ExportHelper):

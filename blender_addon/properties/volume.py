@@ -61,6 +61,13 @@ def _changed(properties: PropertyGroup, _context: Context = None) -> None:
     properties.id_data.update_tag()
 
 
+def _grid_changed(properties: PropertyGroup, _context: Context = None) -> None:
+    """A sequence of Blender's own has the range of another grid then; an imported volume has one grid only."""
+    if not properties.source and RANGE_KEY in properties.id_data:
+        del properties.id_data[RANGE_KEY]
+    _changed(properties)
+
+
 class SpectralVolumeMaterial(bpy.types.PropertyGroup):
     """One material of a transfer function; ``name`` is its name, its curves are nodes named after ``uid``."""
 
@@ -107,7 +114,7 @@ class SpectralVolume(bpy.types.PropertyGroup):
     lighting: VOLUME_FIELDS["lighting"].declared(_changed)
     quality_db: VOLUME_FIELDS["quality_db"].declared(_changed)
     grid: StringProperty(
-        name="Grid", update=_changed, default="density", description="Which grid of the OpenVDB file is shown"
+        name="Grid", update=_grid_changed, default="density", description="Which grid of the OpenVDB file is shown"
     )
     source: StringProperty(
         name="Source", subtype="FILE_PATH", options=path_options(),

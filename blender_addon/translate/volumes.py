@@ -36,6 +36,12 @@ if TYPE_CHECKING:
     from .objects import Collected
 
 
+CHANGING_CURVES = (
+    "the ends of its curves are the least and greatest value of each frame, so that they change from frame to frame; "
+    "a preset fits them to all frames of the sequence"
+)
+
+
 def has_transfer(data: Any) -> bool:
     """True if a Volume data-block is rendered through a transfer function."""
     settings = getattr(data, "spectral", None)
@@ -78,9 +84,12 @@ def translate_volume(found: Collected, name: str, obj: Any, instance: Any) -> Vo
         placed.require_renderable()
         stated = volume_looks.stated_transfer(data, translation.rgb_from_working)
         # Not of ``placed``, which is made anew at each edit.
-        known = volume_looks.value_range(data) or volume.range_without_fill_values
+        stored = volume_looks.value_range(data)
+        known = stored or volume.range_without_fill_values
         transfer = stated.for_volume(placed, known)
         low, high = volume.value_range
+        if obj.data.is_sequence and known is not stored:
+            translation.note(obj.name, CHANGING_CURVES)
         if not (transfer.shows(low, high) or obj.data.is_sequence):  # smoke may begin empty
             translation.note(obj.name, f"its transfer function shows nothing of its values from {low:g} to {high:g}")
     except SpectralError as error:
@@ -171,9 +180,16 @@ def file_of(data: Any) -> Path:
     return Path(bpy.path.abspath(data.filepath, library=data.library))
 
 
-def is_made(data: Any) -> bool:
-    """True if the grids of an evaluated Volume data-block have no file: modifiers or nodes have made them."""
-    return not (data.is_sequence or data.filepath)
+def is_made(data: Any, owner: Any = None) -> bool:
+    """True if the grids of an evaluated Volume data-block are not those of its file, or have none: modifiers or nodes
+    of its evaluated object ``owner`` have made or changed them.
+    """
+    if not (data.is_sequence or data.filepath):
+        return True
+    if owner is None or not len(owner.modifiers) or not data.grids.load():
+        return False
+    # Blender reads the voxels of a file only where something draws or changes them
+    return not len(data.grids) or any(grid.is_loaded for grid in data.grids)
 
 
 _numbers = itertools.count(1)
@@ -193,7 +209,7 @@ def _folder() -> Path:
 
 
 class SavedGrids:
-    """A file of grids that modifiers or nodes have made; it is deleted with the last object that refers to this."""
+    """A file of grids that modifiers or nodes have made or changed, deleted with the last object that refers to it."""
 
     def __init__(self, data: Any) -> None:
         """``data``: an evaluated Volume data-block. Raises InvalidInputError without grids, FileWriteError."""
@@ -214,12 +230,12 @@ def _delete(path: Path) -> None:
 
 
 def saved_of(found: Collected, obj: Any, instance: Any) -> SavedGrids | None:
-    """The saved grids of an evaluated Volume object, None if they have a file.
+    """The saved grids of an evaluated Volume object, None if they are those of its file.
 
     In a viewport they are those of an earlier translation until Blender reports another geometry of the object. Raises
     InvalidInputError.
     """
-    if not is_made(obj.data):
+    if not is_made(obj.data, obj):
         return None
     if found.kept is None:
         return SavedGrids(obj.data)

@@ -88,3 +88,39 @@ def test_smoke_whose_first_frame_holds_no_voxels(blender, tmp_path):
         bpy.context.scene.frame_set(number)
         scene = translate_scene(bpy.context.evaluated_depsgraph_get())
         assert scene.volumes[0].data.shape == shape and not [n for n in scene.notes if n.subject == thing.name]
+
+
+def test_the_frames_of_a_sequence_of_blenders_own_share_the_range_of_a_preset(blender, tmp_path):
+    """Each frame had curves of its own: smoke that fades to a sixteenth kept its density."""
+    from blender_addon.translate.scene import translate_scene
+    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
+
+    openvdb = find_openvdb()
+    if openvdb is None:
+        pytest.skip("needs OpenVDB's module")
+    for number, top in ((1, 8.0), (2, 4.0), (4, 0.5)):  # frame 3 is missing
+        grid = openvdb.FloatGrid(0.0)
+        grid.name = "density"
+        grid.copyFromArray(np.linspace(0.0, top, 64, dtype=np.float32).reshape(4, 4, 4).copy())
+        openvdb.write(str(tmp_path / f"smoke_{number:04d}.vdb"), grids=[grid])
+    (tmp_path / "smoke_0005.vdb").write_bytes(b"a frame that is being baked")
+    data = bpy.data.volumes.new("smoke")
+    data.filepath, data.is_sequence, data.frame_duration = str(tmp_path / "smoke_0001.vdb"), True, 5
+    thing = bpy.data.objects.new("smoke", data)
+    bpy.context.scene.collection.objects.link(thing)
+    bpy.context.view_layer.objects.active = thing
+
+    def shown(frame: int):
+        bpy.context.scene.frame_set(frame)
+        scene = translate_scene(bpy.context.evaluated_depsgraph_get())
+        return list(scene.volumes[0].transfer.materials[0].values), [note.message for note in scene.notes]
+
+    assert bpy.ops.spectral.volume_material_add() == {"FINISHED"}
+    assert any("ends of its curves" in note for note in shown(1)[1])
+    assert bpy.ops.spectral.transfer_preset(preset="xray") == {"FINISHED"}
+    assert list(data["spectral_range"]) == [0.0, 8.0]
+    first, notes = shown(1)
+    assert first == shown(2)[0] == shown(4)[0] == pytest.approx([0.8, 8.0], rel=2e-3)
+    assert not any("ends of its curves" in note for note in notes)
+    data.spectral.grid = "heat"  # has a range of its own
+    assert "spectral_range" not in data

@@ -34,8 +34,9 @@ def fog(blender: Any) -> Any:
 
 def as_operator(kind: Any, **settings: Any) -> Any:
     """What the methods of an operator use of it: Blender alone can make one."""
-    made = SimpleNamespace(_uid=0, **settings)
+    made = SimpleNamespace(_uid=0, stopping=threading.Event(), **settings)
     made.remember = lambda context: kind.remember(made, context)
+    made.fitting = lambda *given: kind.fitting(made, *given)
     return made
 
 
@@ -62,7 +63,7 @@ def test_voxels_are_read_on_the_thread(fog: Any, kind: str, tmp_path: Any, monke
     assert readers and threading.main_thread() not in readers
     assert not len(fog.data.spectral.materials)
     operator.end(made, bpy.context.scene, answer)
-    assert [each.name for each in fog.data.spectral.materials] == list(answer.transfer.names)
+    assert [each.name for each in fog.data.spectral.materials] == list(answer.look.transfer.names)
     bpy.data.volumes.remove(fog.data)
     with pytest.raises(InvalidInputError, match="was deleted while its voxels were read"):
         operator.end(made, bpy.context.scene, answer)

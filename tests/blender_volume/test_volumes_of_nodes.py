@@ -52,6 +52,7 @@ def test_a_density_beyond_all_voxels_gets_a_note(blender: Any, tmp_path: Any, ba
     grid = openvdb.FloatGrid(background)
     grid.copyFromArray(np.ones((4, 5, 6), np.float32))
     grid.name = "density"
+    grid.transform = openvdb.createLinearTransform(voxelSize=0.2)
     openvdb.write(str(tmp_path / "fog.vdb"), grids=[grid])
     thing = bpy.data.objects.new("Fog", bpy.data.volumes.new("Fog"))
     thing.data.filepath = str(tmp_path / "fog.vdb")
@@ -65,3 +66,70 @@ def test_a_mesh_whose_nodes_make_a_grid_has_no_transfer_function(blender: Any) -
     bpy.ops.mesh.primitive_cube_add()
     with_cube(bpy.context.object)
     assert translated().volumes == ()
+
+
+@pytest.mark.parametrize("kind", ["displaced", "moved", "deleted", "hidden"])
+@pytest.mark.parametrize("has_transfer", [True, False])
+def test_modifiers_change_the_grids_of_a_file(blender: Any, tmp_path: Any, kind: str, has_transfer: bool) -> None:
+    """The file was rendered as it is: Blender keeps its path in the evaluated copy that the modifiers change."""
+    import numpy as np
+
+    from spectral_core.volume.files.formats.openvdb_format import find_openvdb
+
+    openvdb = find_openvdb()
+    if openvdb is None:
+        pytest.skip("needs OpenVDB's module")
+    grid = openvdb.FloatGrid(0.0)
+    grid.name = "density"
+    grid.copyFromArray(np.linspace(0.1, 1.0, 512, dtype=np.float32).reshape(8, 8, 8).copy())
+    grid.transform = openvdb.createLinearTransform(voxelSize=0.2)
+    openvdb.write(str(tmp_path / "fog.vdb"), grids=[grid])
+    thing = bpy.data.objects.new("Fog", bpy.data.volumes.new("Fog"))
+    thing.data.filepath = str(tmp_path / "fog.vdb")
+    bpy.context.scene.collection.objects.link(thing)
+    bpy.context.view_layer.objects.active = thing
+    if kind in ("displaced", "hidden"):
+        made = thing.modifiers.new("Displace", "VOLUME_DISPLACE")
+        made.texture, made.strength = bpy.data.textures.new("Clouds", "CLOUDS"), 2.0
+        made.texture_map_mode = "GLOBAL"
+        made.show_viewport = kind == "displaced"
+    else:
+        tree = bpy.data.node_groups.new("Change", "GeometryNodeTree")
+        for way in ("INPUT", "OUTPUT"):
+            tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+        given, change, out = (
+            tree.nodes.new(each) for each in ("NodeGroupInput", "GeometryNodeTransform", "NodeGroupOutput")
+        )
+        change.inputs["Translation"].default_value = (5.0, 0.0, 0.0)
+        if kind == "moved":
+            tree.links.new(given.outputs[0], change.inputs[0])
+            tree.links.new(change.outputs[0], out.inputs[0])
+        thing.modifiers.new("Nodes", "NODES").node_group = tree
+    if has_transfer and kind != "deleted":
+        assert bpy.ops.spectral.transfer_preset(preset="wide") == {"FINISHED"}
+    elif has_transfer:
+        assert bpy.ops.spectral.volume_material_add() == {"FINISHED"}
+    else:
+        material = bpy.data.materials.new("Fog")
+        if material.node_tree is None:  # before Blender 5.0
+            material.use_nodes = True
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        nodes.clear()
+        links.new(
+            nodes.new("ShaderNodeVolumePrincipled").outputs[0], nodes.new("ShaderNodeOutputMaterial").inputs["Volume"]
+        )
+        thing.data.materials.append(material)
+    scene = translated()
+    if kind == "deleted":
+        assert not scene.volumes and not scene.instances
+        assert any("neither a file nor grids" in note.message for note in scene.notes)
+        return
+    if has_transfer:
+        (volume,) = scene.volumes
+        low = volume.world_from_index[:3, 3]
+        size = 0.2 * np.array(volume.data.shape)
+    else:
+        (instance,) = scene.instances
+        low, size = instance.world_from_object[:3, 3], np.diag(instance.world_from_object)[:3]
+    assert (low[0] > 3.0) == (kind == "moved")
+    assert (size > 2.4).all() == (kind == "displaced")  # the modifier makes room for the way that it moves voxels

@@ -248,3 +248,27 @@ def test_ome_units_of_each_axis(tmp_path: Path) -> None:
     )
     with pytest.raises(FileFormatError, match="units µm, nm, pixel; expected one unit"):
         read_volume(path)
+
+
+@pytest.mark.parametrize(
+    ("stored", "slope", "intercept", "dtype"),
+    [
+        ("int16", 1e-3, 1e6, "float64"),  # in float32 the steps of 1e-3 are lost at 1e6
+        ("uint8", 1.0, 1e8, "float64"),
+        ("float32", 2.0, 1e12, "float64"),
+        ("int16", 2e38, 0.0, "float64"),  # beyond float32
+        ("int16", 0.25, -1024.0, "float32"),
+        ("float32", 0.25, -100.0, "float32"),
+    ],
+)
+def test_scaled_nifti_voxels_keep_what_is_stored(tmp_path, stored, slope, intercept, dtype):
+    values = (np.arange(60).reshape(4, 3, 5) * 3 + 7).astype(stored)
+    header = nibabel.Nifti1Header()
+    header.set_data_dtype(stored)
+    header.set_data_shape(values.shape)
+    header["scl_slope"], header["scl_inter"], header["vox_offset"], header["magic"] = slope, intercept, 352, b"n+1"
+    (tmp_path / "a.nii").write_bytes(header.binaryblock + bytes(4) + values.tobytes(order="F"))
+    volume = read_volume(tmp_path / "a.nii")
+    assert volume.data.dtype == dtype
+    expected = values.astype(float) * float(np.float32(slope)) + float(np.float32(intercept))
+    assert np.abs(volume.data.astype(float) - expected).max() <= 0.1 * np.diff(np.unique(expected)).min()

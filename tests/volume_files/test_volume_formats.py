@@ -10,7 +10,8 @@ import pytest
 import tifffile
 
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
-from spectral_core.volume.files import read_volume
+from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.files import read_volume, write_volume
 from tests.volume_files.volume_fixtures import (
     DATA,
     DIRECTIONS,
@@ -225,3 +226,12 @@ def test_color_tiffs_need_a_component(tmp_path):
     with pytest.raises(InvalidInputError, match="3 color channels per voxel"):
         read_volume(tmp_path / "rgb.tif")
     check(read_volume(tmp_path / "rgb.tif", component=1), pages[..., 1].transpose(2, 1, 0), np.eye(4))
+
+
+@pytest.mark.parametrize(("dtype", "fitting"), [("float16", "float32"), ("longdouble", "float64")])
+def test_nrrd_refuses_floats_that_it_has_no_type_for(tmp_path, dtype, fitting):
+    volume = ScalarVolume("wide", np.ones((2, 3, 4), dtype))
+    if volume.data.dtype.itemsize == 8:
+        pytest.skip("long double is double here")
+    with pytest.raises(InvalidInputError, match=f"NRRD has no type for float.*convert volume 'wide' to {fitting}"):
+        write_volume(volume, tmp_path / "a.nrrd")

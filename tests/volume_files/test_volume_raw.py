@@ -65,6 +65,7 @@ def test_raw_data_are_in_memory_once(tmp_path):
         (((4, 3, 5), "uint9"), "expected a NumPy type"),
         (((4, 3, 5), "complex64"), "expected an integer or float type"),
         (((4, 3, 5), "uint8", "middle"), "expected 'little' or 'big'"),
+        (((4, 3, 5), ">u2"), "type '>u2' beside byte_order 'little', which differ"),
         (((4, 3, 5), "uint8", "little", -2), "or -1 for the file's end"),
         (((4, 3, 5), "uint8", "little", 0, (1, np.nan, 1)), "spacing of the raw layout holds 1 value"),
     ],

@@ -54,6 +54,12 @@ class RawLayout:
             ) from error
         if kind not in "iuf":
             raise InvalidInputError(f"raw layout has type {np.dtype(self.dtype)}; expected an integer or float type")
+        stated = np.dtype(self.dtype).str[0]
+        if not np.dtype(self.dtype).isnative and stated != self.stored_dtype.str[0]:
+            raise InvalidInputError(
+                f"raw layout has type {self.dtype!r} beside byte_order {self.byte_order!r}, which differ; state the "
+                "order as byte_order='big' or 'little', and the type without an order, such as 'uint16'"
+            )
         frozen_array("spacing of the raw layout", self.spacing, (3,))
         frozen_array("origin of the raw layout", self.origin, (3,))
 

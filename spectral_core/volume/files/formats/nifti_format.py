@@ -17,12 +17,18 @@ from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import make_volume, pick_component, require_choice
 from spectral_core.volume.files.request import ReadRequest
 
+_LARGEST_SINGLE, _LEAST_SINGLE = 1e38, 1e-30
+_FINEST_STEP = 1.0 / 16.0
+"""Spacing of float32 up to which it holds scaled integers, in steps of them."""
+_MOST_INTERCEPT = 16.0
+"""Ratio of the intercept to the largest scaled number up to which float32 holds scaled floats: four bits are lost."""
+
 
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
     """The volume of a NIfTI file; a time series needs ``request.component``.
 
-    The stored type is kept where the header scales nothing; scaled data become float32, or float64 where the stored
-    integers are wider than float32 can hold.
+    The stored type is kept where the header scales nothing; scaled data become float32, or float64 where float32 cannot
+    tell apart what is stored: wide integers, or an intercept far greater than the data.
     """
     try:
         import nibabel
@@ -34,7 +40,8 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
                 require_regular(beside)
         image: Any = nibabel.load(path)
         shape, dtype = image.dataobj.shape, image.dataobj.dtype
-        require_room(math.prod(int(n) for n in shape) * max(dtype.itemsize, 4), path)
+        is_scaled = (image.dataobj.slope, image.dataobj.inter) != (1.0, 0.0)
+        require_room(math.prod(int(n) for n in shape) * (8 if is_scaled else dtype.itemsize), path)
         array = _values(image)
     except InvalidInputError:
         raise
@@ -63,7 +70,21 @@ def _values(image: Any) -> NDArray[Any]:
     stored = np.array(proxy.get_unscaled(), order="K")
     if (proxy.slope, proxy.inter) == (1.0, 0.0):
         return stored if stored.dtype.isnative else stored.astype(stored.dtype.newbyteorder("="))
-    wide = stored.itemsize > (2 if stored.dtype.kind in "iu" else 4)
-    scaled: NDArray[Any] = stored.astype(np.float64 if wide else np.float32, order="K")
+    scaled: NDArray[Any] = stored.astype(_scaled_type(stored, float(proxy.slope), float(proxy.inter)), order="K")
     np.multiply(scaled, proxy.slope, out=scaled)
     return np.add(scaled, proxy.inter, out=scaled)
+
+
+def _scaled_type(stored: NDArray[Any], slope: float, inter: float) -> type:
+    """float32 if slope · stored + intercept keeps in it what is stored, else float64."""
+    if stored.dtype.kind not in "iuf":  # colors and complex numbers, which are refused
+        return np.float32
+    largest = abs(slope) * max(abs(float(stored.min(initial=0))), abs(float(stored.max(initial=0))))
+    if stored.dtype.kind == "f":
+        is_kept = stored.itemsize <= 4 and abs(inter) <= _MOST_INTERCEPT * largest
+    else:
+        spacing = float(np.finfo(np.float32).eps) * (largest + abs(inter))
+        is_kept = stored.itemsize <= 2 and spacing <= _FINEST_STEP * abs(slope)
+    # products outside of the normal numbers of float32 would overflow, or lose digits
+    is_normal = largest + abs(inter) < _LARGEST_SINGLE and abs(slope) > _LEAST_SINGLE
+    return np.float32 if is_kept and is_normal else np.float64

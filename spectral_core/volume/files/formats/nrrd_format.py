@@ -102,8 +102,11 @@ def write(volume: ScalarVolume, path: Path) -> None:
         "centerings": ["cell"] * 3,
         "encoding": "gzip",
     }
-    if volume.data.dtype == np.float16:
-        raise InvalidInputError(f"NRRD has no type for float16; convert volume {volume.name!r} to float32 first")
+    if volume.data.dtype.kind == "f" and volume.data.dtype.itemsize not in (4, 8):
+        fitting = "float32" if volume.data.dtype.itemsize < 4 else "float64"
+        raise InvalidInputError(
+            f"NRRD has no type for {volume.data.dtype}; convert volume {volume.name!r} to {fitting} first"
+        )
     nrrd.write(str(path), volume.data, header, index_order="F", compression_level=4)
 
 
