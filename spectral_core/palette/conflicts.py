@@ -231,7 +231,7 @@ def _solved_again(solution: PaletteSolution, conflicts: tuple[Conflict, ...]) ->
         if found is not None:
             text = _relieved_by_one(problem, cell, error, (found.alone[0], found.delta_e_2000))
             checked.append(Conflict(cell, error, found.alone, found.delta_e_2000, text))
-        elif error > VISIBLE_DELTA_E or each.relieved_by:
+        elif error >= SHOWN or each.relieved_by:
             checked.append(_with_releases(problem, each, search.of(cell, error)))
         else:
             checked.append(each)

@@ -91,6 +91,18 @@ def test_a_cell_of_another_material_that_moves_a_shared_color_is_named() -> None
             assert after[each] == pytest.approx(conflict.delta_e_without, abs=1.0)
 
 
+def test_a_small_miss_of_an_exact_cell_names_the_cell_that_excludes_it() -> None:
+    """The heavier of two exact cells of one material misses by less than ΔE 3; “no other cell is to blame” was said."""
+    row = (Cell.fixed((0.45, 0.1, 0.1), exact=True), Cell.fixed((0.1, 0.3, 0.1), exact=True, weight=3.0))
+    problem = palette_of((row,), ("A", "D65"))
+    found = {conflict.cell: conflict for conflict in solve_palette(problem).conflicts}
+    assert 0.05 < found[0, 1].delta_e_2000 < 3.0
+    assert found[0, 1].relieved_by == ((0, 0),)
+    assert "no other cell" not in found[0, 1].text
+    after = solve_palette(problem.with_cell((0, 0), Cell.ignore()), explain=False)
+    assert after.delta_e_2000[0, 1] == pytest.approx(found[0, 1].delta_e_without, abs=0.01)
+
+
 def random_palette(rng) -> PaletteProblem:
     lamps = rng.choice(["D65", "HP1", "A", "FL11", "LED-B3", "FL2"], 3, replace=False)
     rows = []

@@ -70,6 +70,8 @@ def read_texture(path: str | Path) -> SpectralTexture:
     with reading(path, "a spectral texture"):
         require_shallow(header[ATTRIBUTE], path)
         about = json.loads(header[ATTRIBUTE])
+        if not all(np.array_equal(*ends) for ends in zip(header["dataWindow"], header["displayWindow"], strict=True)):
+            raise FileFormatError(f"{path} has pixels for another area than its picture; save it with all its pixels")
         names = [f"weight.{k}" for k in range(len(about["spectra"]))]
         if about["version"] != VERSION or not 1 <= len(names) <= MOST_SPECTRA:
             raise FileFormatError(f"{path} has version {about['version']} and {len(names)} spectra; expected version 1")
@@ -79,8 +81,11 @@ def read_texture(path: str | Path) -> SpectralTexture:
         if not np.allclose(about["wavelengths_nm"], TEXTURE_GRID.wavelengths_nm):
             raise FileFormatError(f"{path} has spectra on another grid; expected {TEXTURE_GRID}")
         weights = np.stack([channels[name].pixels for name in names]).astype(np.float16)
-        lights = tuple(
-            Illuminant(str(light["name"]), SpectralGrid(light["wavelengths_nm"]), light["values"])
-            for light in about["lights"]
-        )
-        return SpectralTexture(weights, np.array(about["spectra"], dtype=np.float64), lights)
+        try:
+            lights = tuple(
+                Illuminant(str(light["name"]), SpectralGrid(light["wavelengths_nm"]), light["values"])
+                for light in about["lights"]
+            )
+            return SpectralTexture(weights, np.array(about["spectra"], dtype=np.float64), lights)
+        except InvalidInputError as error:
+            raise FileFormatError(f"{path}: {error}") from error

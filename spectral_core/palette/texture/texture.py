@@ -89,12 +89,13 @@ class SpectralTexture:
         weights.setflags(write=False)
         object.__setattr__(self, "weights", weights)
         object.__setattr__(self, "spectra", frozen_array("spectra", self.spectra, (len(weights), TEXTURE_GRID.size)))
-        # The bits of a half float in [0, 1] are at most those of 1; negative, infinite and NaN ones are larger.
-        bits = int(weights.view(np.uint16).max(initial=0))
+        # The bits of a half float in [0, 1] are at most those of 1; negative, infinite and NaN ones are larger, and -0.
+        is_outside = int(weights.view(np.uint16).max(initial=0)) > _BITS_OF_ONE
+        is_outside = is_outside and not (weights.min() >= 0 and weights.max() <= 1)
         sums = self.spectra.sum(axis=0)
-        if bits > _BITS_OF_ONE or self.spectra.min() < -1e-9 or np.abs(sums - 1).max() > 1e-6:
+        if is_outside or self.spectra.min() < -1e-9 or np.abs(sums - 1).max() > 1e-6:
             raise InvalidInputError(
-                f"{'weights are' if bits > _BITS_OF_ONE else 'no weight is'} outside [0, 1] and the spectra sum to "
+                f"{'weights are' if is_outside else 'no weight is'} outside [0, 1] and the spectra sum to "
                 f"{sums.min():g} … {sums.max():g}; weights must lie in [0, 1], and spectra must be non-negative with "
                 "sum 1 at each wavelength"
             )

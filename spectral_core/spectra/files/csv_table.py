@@ -3,7 +3,7 @@
 
 Separators are comma, semicolon, tab or blanks, found from the first rows; with semicolons or tabs a decimal comma is
 understood. An empty cell means "not measured here": each spectrum keeps the wavelengths that it has. The headings may
-be in a comment directly above the numbers, as NumPy writes them.
+be in a comment directly above the numbers, as NumPy writes them. Wavelengths may have a label (``400 nm``, ``R400``).
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ from spectral_core.spectra.files.headings import (
     stated_unit,
     wavelength_unit,
 )
+from spectral_core.spectra.files.labels import labeled_wavelengths
 from spectral_core.spectra.files.statements import Statements, statements_of
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -51,7 +52,7 @@ _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")
 def read(path: Path, options: ReadOptions) -> list[Spectrum]:
     """All spectra of a table. Raises FileFormatError."""
     statements = Statements(path)
-    rows = _rows(path, statements)
+    rows = _with_plain_wavelengths(path, _rows(path, statements))
     header, body = (rows[0], rows[1:]) if not is_number(rows[0][1][0]) else ((0, []), rows)
     unit = wavelength_unit(path, header, options.wavelength_unit) if header[1] else None
     make = _columns_from_rows if _runs_across(header, body) else _columns_from_columns
@@ -93,6 +94,12 @@ def _rows(path: Path, statements: Statements) -> list[Row]:
     kept = [(n, line) for n, line in numbered if line.strip(" \t,;") and not line.lstrip().startswith("#")]
     if not kept:
         raise FileFormatError(f"{path}, line 1: no samples; expected a table of wavelengths and values")
+    for n, line in kept:
+        if line.strip() == "BEGIN_DATA_FORMAT":
+            raise FileFormatError(
+                f"{path}, line {n}: a measurement file of CGATS or Argyll; expected a table: keep its line of field "
+                "names and its lines of data, of these one column of names and the columns of wavelengths"
+            )
     marked = _spreadsheet_mark(kept[0][1]) if len(kept) > 1 else None
     kept = kept if marked is None else kept[1:]
     delimiter = marked or _delimiter([line for _, line in kept])
@@ -114,6 +121,30 @@ def _rows(path: Path, statements: Statements) -> list[Row]:
         rows = rows[:1] + [(n, [_with_point(cell) for cell in cells]) for n, cells in rows[1:]]
         rows[0] = (rows[0][0], [_with_point(cell) for cell in rows[0][1]])
     return rows
+
+
+def _with_plain_wavelengths(path: Path, rows: list[Row]) -> list[Row]:
+    """The rows with numbers in place of wavelengths such as ``400 nm``, in the first column or in the first row."""
+    for begin in (0, 1):  # with and without headings
+        down = labeled_wavelengths([cells[0] for _, cells in rows[begin:]])
+        # Under numbers in the first row, R400 and R410 are names of paints.
+        if down and None not in down and not (begin and _runs_across(rows[0], rows[1:])):
+            plain = [(n, [number, *cells[1:]]) for number, (n, cells) in zip(down, rows[begin:], strict=True) if number]
+            return rows[:begin] + plain
+    line, (corner, *headings) = rows[0]
+    headings = headings[: _used(headings)]
+    numbers = labeled_wavelengths(headings)
+    known = [number for number in numbers if number is not None]
+    if not known or not _runs_across((line, [corner, *known]), rows[1:]):
+        return rows
+    if None in numbers:
+        other, at = headings[numbers.index(None)], numbers.index(None) + 2
+        wavelength = headings[numbers.index(known[0])]
+        raise FileFormatError(
+            f"{path}, line {line}: {other!r} heads column {at} beside wavelengths such as {wavelength!r}; expected one "
+            "column of names and then wavelengths alone: remove the other columns"
+        )
+    return [(line, [corner, *known]), *rows[1:]]
 
 
 def _spreadsheet_mark(line: str) -> str | None:
