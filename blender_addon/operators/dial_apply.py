@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 from bpy.props import BoolProperty
-from bpy.types import ID, Context, PropertyGroup
+from bpy.types import ID, Context, Object, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 
+from .. import compat
 from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.differences import world_varies
 from ..editing.dial.dimming import apply_weights, block_of, dark_lamps_lit, require_power, require_writable
 from ..editing.dial.names import name_of
+from ..translate.lighting.lights import emitting_area
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting
 from .dial import dial_in
@@ -152,7 +154,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         spectrum = _mixed_spectrum(dial, mixing.transport, shares)
         lamp = lamps[strongest][0]
         alike = [kept for kept in lamps[strongest] if kept.owner.data.type == lamp.owner.data.type]
-        power = sum(kept.base * strength_of(kept.owner.data) for kept in alike)
+        power = sum(_power(kept) for kept in alike) / _unit_power(lamp.owner)
         power *= _own_luminance(dial.bulbs[strongest], mixing.transport.lights[strongest])
         power = require_power(power * weights[strongest] * shares.sum() / shares[strongest], BAKED)
         made = lamp.owner.copy()
@@ -174,7 +176,18 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
 def _lamps(bulb: PropertyGroup) -> list[PropertyGroup]:
     """The lamps of a bulb, the strongest first."""
     found = [kept for kept in bulb.members if isinstance(kept.owner, bpy.types.Object) and kept.owner.type == "LIGHT"]
-    return sorted(found, key=lambda kept: -kept.base)
+    return sorted(found, key=lambda kept: -_power(kept))
+
+
+def _power(kept: PropertyGroup) -> float:
+    """Power of a lamp as recorded (a sun's irradiance), before its nodes."""
+    return float(kept.base * strength_of(kept.owner.data) * _unit_power(kept.owner))
+
+
+def _unit_power(lamp: Object) -> float:
+    """Power of a lamp whose setting of the power is 1: it has an exposure, and may be given per area."""
+    matrix = np.array(lamp.matrix_world, dtype=np.float64)
+    return compat.light_exposure_factor(lamp.data) * emitting_area(lamp.data, matrix)
 
 
 def _own_luminance(bulb: PropertyGroup, recorded: "Spectrum | None") -> float:

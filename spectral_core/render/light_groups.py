@@ -43,8 +43,19 @@ def emissive_materials(scene: Scene) -> set[str]:
     return {material.name for material in scene.materials if any(True for _ in emitted_paints(material))}
 
 
+def emits_from_surface(material: Material) -> bool:
+    """True if the surface of a material emits light."""
+    return any(True for _ in _surface_paints(material))
+
+
 def emitted_paints(material: Material) -> Iterator[Any]:
     """Paint of each emission of a material's surface and medium; none of those that are dark."""
+    yield from _surface_paints(material)
+    if material.medium is not None and emits(material.medium):
+        yield medium_paint(material.medium)
+
+
+def _surface_paints(material: Material) -> Iterator[Any]:
     for weight, closure in weighted_leaves(material.surface):
         if isinstance(closure, Emission):
             color, strength = closure.color, closure.strength
@@ -56,8 +67,6 @@ def emitted_paints(material: Material) -> Iterator[Any]:
         is_dark = weight.constant == 0 or (isinstance(strength, (int, float)) and strength == 0)
         if not is_dark and not is_black(color):
             yield color
-    if material.medium is not None and emits(material.medium):
-        yield medium_paint(material.medium)
 
 
 def emits(medium: ScatteringMedium) -> bool:

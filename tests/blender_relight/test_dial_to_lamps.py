@@ -71,6 +71,37 @@ def test_a_baked_lamp_stands_for_all_lamps_of_a_light_group(stage, picture):
     assert baked == pytest.approx(mixed, rel=0.02)
 
 
+def brighter_by_stops(first, second):
+    second.data.exposure = 2.0
+
+
+def unequal_panels(first, second):
+    """Area lights whose strength counts per area: the smaller one has more strength, and less power."""
+    for each, size, strength in ((first, 2.0, 20.0), (second, 0.5, 40.0)):
+        each.data = bpy.data.lights.new("Panel", "AREA")
+        each.data.normalize, each.data.size, each.data.energy = False, size, strength
+
+
+@pytest.mark.skipif("normalize" not in bpy.types.Light.bl_rna.properties, reason="lamps have no exposure before 4.5")
+@pytest.mark.parametrize("unlike", [brighter_by_stops, unequal_panels])
+def test_a_baked_lamp_counts_exposures_and_areas(stage, picture, unlike):
+    """Two lamps at one place, so that one lamp can be as bright."""
+    without_others(stage)
+    bpy.data.objects["Fill"].hide_render = True
+    stage.view_layers[0].lightgroups.add(name="Row")
+    first = bpy.data.objects["Key"]
+    second = first.copy()
+    second.data = first.data.copy()
+    stage.collection.objects.link(second)
+    unlike(first, second)
+    first.data.color = second.data.color = (1.0, 1.0, 1.0)
+    first.lightgroup = second.lightgroup = "Row"
+    stage.spectral.dial.one_per_light = False
+    assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+    mixed, baked = mixed_and_baked(stage, picture, "Row")
+    assert baked == pytest.approx(mixed, rel=0.03)
+
+
 @pytest.mark.parametrize("center", [550.0, 550.4])
 def test_a_baked_lamp_keeps_lines_that_are_narrower_than_its_grid(center):
     """Whether such a line is on a knot of the grid or between two, its share of the luminance stays."""

@@ -210,3 +210,24 @@ def test_an_orthographic_sensor_of_any_scale_is_the_same_view():
         sensor_view(mi.load_dict({"type": "radiancemeter", "film": {"type": "hdrfilm", "width": 1, "height": 1}}))
         is None
     )
+
+
+def test_a_bright_lamp_is_seen_through_dark_filters():
+    """As the sun through two welding glasses: a path of a small throughput may end at a bright lamp."""
+    mi = load("llvm_ad_rgb")
+    volume, radiance, passed = blob(), 1e6, 0.005
+    view = smooth_view(volume)
+
+    def across(distance: float) -> Any:
+        """A square across all rays of the view, so far from the camera, which it faces."""
+        placed = mi.ScalarTransform4f(view.world_from_camera).translate([0, 0, distance])
+        return placed.rotate([1, 0, 0], 180).scale(300)
+
+    through = {"type": "rgb", "value": [passed] * 3}
+    glass = {"type": "thindielectric", "int_ior": 1.0, "ext_ior": 1.0, "specular_transmittance": through}
+    panes = {f"pane{k}": {"type": "rectangle", "to_world": across(150.0 + k), "bsdf": glass} for k in range(2)}
+    emitter = {"type": "area", "radiance": {"type": "rgb", "value": [radiance] * 3}}
+    lamp = {"type": "rectangle", "to_world": across(160.0), "emitter": emitter}
+    fields = integrator_dict([SceneVolume(volume, two_tents(1e-9))], shadows=True, **FIXED)
+    picture = with_alpha(mi, fields, view, 4, lamp=lamp, **panes)
+    assert picture[..., :3] == pytest.approx(radiance * passed**2, rel=1e-3)

@@ -74,11 +74,26 @@ def require_writable(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | 
         for kept in bulb.members:
             block = _require_writable(bulb, kept)
             require_power(kept.base * float(weight), kept.owner.name)
+            if kept.socket == SEALED and not kept.node and _dims(weight):
+                raise InvalidInputError(_of_no_strength(bulb, block))
             if kept.socket == SEALED and _dims(weight):
                 raise InvalidInputError(
                     f"{block.name!r} emits light in its node {kept.node!r}, a node group or Volume Coefficients, which "
                     f"cannot be dimmed; ungroup the node, or leave {name_of(bulb)!r} at its recorded brightness"
                 )
+
+
+def _of_no_strength(bulb: PropertyGroup, block: ID) -> str:
+    """Message about a material or world whose light cannot be dimmed, see ``sealed_besides``."""
+    if isinstance(block, bpy.types.World):
+        cause, remedy = "has no Background or Emission node", "give it one"
+    else:
+        cause = "is in no slot of an object that shows it (geometry nodes or a material override assign it), or has no "
+        cause, remedy = cause + "Emission node", "put it into a slot, or give it one"
+    return (
+        f"{block.name!r} emits light, and {cause}, so it cannot be dimmed; {remedy}, or leave {name_of(bulb)!r} at its "
+        "recorded brightness"
+    )
 
 
 def require_power(value: float, name: str) -> float:
@@ -113,14 +128,14 @@ def _require_writable(bulb: PropertyGroup, kept: PropertyGroup) -> ID:
 
 def _is_gone(kept: PropertyGroup, block: ID) -> bool:
     if kept.socket == SEALED:
-        return compat.node_tree(block).nodes.get(kept.node) is None
+        return bool(kept.node) and compat.node_tree(block).nodes.get(kept.node) is None
     return bool(kept.node) and _socket_of(kept, block) is None
 
 
 def block_of(kept: PropertyGroup) -> ID | None:
-    """The data-block of the number: the lamp, the material in the slot, or the world."""
+    """The data-block of the number: the lamp, the material in the slot or of all slots, or the world."""
     owner = kept.owner
-    if isinstance(owner, bpy.types.World):
+    if isinstance(owner, (bpy.types.World, bpy.types.Material)):
         return owner
     if kept.slot < 0:
         return owner.data if owner.type == "LIGHT" else None

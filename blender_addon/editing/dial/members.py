@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
@@ -14,6 +14,9 @@ from bpy.types import ID, Node, NodeSocket, NodeTree, Object, ViewLayer, bpy_pro
 from ... import compat
 from ...translate.volumes import has_transfer
 
+if TYPE_CHECKING:
+    from spectral_core.scene import Scene as SpectralScene
+
 STRENGTHS: dict[str, dict[str, str]] = {
     "EMISSION": {"Strength": "Color"},
     "BACKGROUND": {"Strength": "Color"},
@@ -21,17 +24,22 @@ STRENGTHS: dict[str, dict[str, str]] = {
     "PRINCIPLED_VOLUME": {"Emission Strength": "Emission Color", "Blackbody Intensity": "Blackbody Tint"},
 }
 """Sockets with a strength of each type of node, and that of its color."""
-WITH_MATERIALS = ("MESH", "CURVE", "SURFACE", "FONT", "META", "VOLUME")
+BELOW_ZERO = ("EMISSION", "BACKGROUND")
+"""Nodes that remove light if their strength is below 0; of others such a strength counts as 0."""
+WITH_MATERIALS = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "POINTCLOUD", "VOLUME")
 SEALED = "*"
-"""In place of the socket of a node whose light cannot be dimmed: a node group, or Volume Coefficients."""
+"""In place of the socket of light that cannot be dimmed: a node group, Volume Coefficients, or, without a node, a whole
+material or world, see ``sealed_besides``.
+"""
 DIMMER = "Light Dial of "
 """Prefix of the name of the node that dims a strength computed by other nodes."""
 
 
 @dataclass(frozen=True)
 class Member:
-    """Data of ``SpectralDialMember``. ``owner``: session number of a lamp's or emissive mesh's Object, or of a World;
-    the data itself may be deleted while it is recorded, or be another one after an undo.
+    """Data of ``SpectralDialMember``. ``owner``: session number of a lamp's or emissive mesh's Object, of a World, or
+    of a Material of which all light is sealed; the data itself may be deleted while it is recorded, or be another one
+    after an undo.
     """
 
     group: str
@@ -41,7 +49,7 @@ class Member:
     base: float
     socket: str = ""
     name: str = ""
-    """Name of the object when it was found; "" for a world."""
+    """Name of the object when it was found; "" for a world or a material."""
 
 
 def members_of(layer: ViewLayer, objects: Iterable[Object], one_per_light: bool) -> list[Member]:
@@ -68,6 +76,41 @@ def members_of(layer: ViewLayer, objects: Iterable[Object], one_per_light: bool)
     return found
 
 
+def sealed_besides(
+    scene: SpectralScene, members: Sequence[Member], layer: ViewLayer, one_per_light: bool
+) -> list[Member]:
+    """Sources of light of a translated scene that no member of their group can dim.
+
+    They are materials that no slot of their object holds, as of Set Material in geometry nodes or of a view layer's
+    override, and materials and worlds that emit light by no strength, as by a color that is linked to Surface.
+    Instances of an object with members in another group are not listed.
+    """
+    from spectral_core.render.light_groups import emits_from_surface, world_paints
+    from spectral_core.render.relight.groups import one_group_per_light
+
+    grouped = one_group_per_light(scene) if one_per_light else scene
+    emissive = {material.name for material in grouped.materials if emits_from_surface(material)}
+    blocks = {each.name_full: each for each in bpy.data.materials if each.name_full in emissive}
+    objects = {each.session_uid: each for each in bpy.data.objects}
+    dimmed: dict[str, set[str]] = {}
+    for member in members:
+        if member.slot >= 0 and member.owner in objects:
+            material = objects[member.owner].material_slots[member.slot].material
+            for place in (f"group {member.group}", f"object {objects[member.owner].name}", "any"):
+                dimmed.setdefault(place, set()).add(material.name_full)
+    found = set()
+    for instance in grouped.instances:
+        own = f"object {instance.shown_as}" if instance.shown_as else "any"
+        reached = dimmed.get(f"group {instance.group}", set()) | dimmed.get(own, set())
+        found |= {(instance.group, name) for name in set(instance.materials) & blocks.keys() - reached}
+    sealed = [Member(group, blocks[name].session_uid, 0, "", 1.0, SEALED) for group, name in sorted(found)]
+    worlds = {each.session_uid: each for each in bpy.data.worlds}
+    if world_paints(grouped.world) and not any(member.owner in worlds for member in members):
+        world = layer.world_override or layer.id_data.world
+        sealed += [] if world is None else [Member(grouped.world.group, world.session_uid, -1, "", 1.0, SEALED)]
+    return sealed
+
+
 def group_count(layer: ViewLayer, one_per_light: bool) -> int:
     """Number of bulbs of a recording of a view layer, fast enough for a panel."""
     shown = [each for each in layer.id_data.objects if not each.hide_render]
@@ -90,7 +133,7 @@ def _emissive(owner: ID, emitting: dict[int, bool]) -> list[tuple[str, float, st
         for socket in strength_sockets(node):
             if socket.is_linked:
                 found.append((node.name, _dimmer_value(tree, node, socket), socket.name))
-            elif socket.default_value > 0 and not _is_black(node, socket):
+            elif _shines(node, socket):
                 found.append((node.name, socket.default_value, socket.name))
         if _is_sealed(node, emitting):
             found.append((node.name, 1.0, SEALED))
@@ -110,7 +153,13 @@ def _is_sealed(node: Node, emitting: dict[int, bool]) -> bool:
 
 def _emits(node: Node) -> bool:
     sockets = strength_sockets(node)
-    return any(each.is_linked or (each.default_value > 0 and not _is_black(node, each)) for each in sockets)
+    return any(each.is_linked or _shines(node, each) for each in sockets)
+
+
+def _shines(node: Node, strength: NodeSocket) -> bool:
+    """True if a node emits or removes light by the number of a strength."""
+    value = strength.default_value
+    return (value > 0 or (value < 0 and node.type in BELOW_ZERO)) and not _is_black(node, strength)
 
 
 def _is_black(node: Node, strength: NodeSocket) -> bool:
@@ -137,7 +186,7 @@ def _dimmer_value(tree: NodeTree, node: Node, socket: NodeSocket) -> float:
 
 def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> int:
     """Store members with the bulbs of their groups; returns the number of those whose data are gone."""
-    alive = {each.session_uid: each for each in (*bpy.data.objects, *bpy.data.worlds)}
+    alive = {each.session_uid: each for each in (*bpy.data.objects, *bpy.data.worlds, *bpy.data.materials)}
     for bulb in bulbs:
         bulb.members.clear()
         bulb.lit, bulb.is_dark = 1.0, False

@@ -20,7 +20,7 @@ from ...translate.view_transform import view_transform_of
 from ...translate.viewport.look import require_light
 from . import changes, kept_mix
 from .as_rendered import translated_layers
-from .members import Member, members_of
+from .members import Member, members_of, sealed_besides
 from .names import present_names, recorded_names
 
 if TYPE_CHECKING:
@@ -78,6 +78,7 @@ class Recording:
         layers = translated_layers(context.scene)
         layer = context.view_layer if layers is None else context.scene.view_layers.get(layers.name, context.view_layer)
         members = members_of(layer, shown, dial.one_per_light)
+        members += sealed_besides(scene, members, layer, dial.one_per_light)
         parts, view = parts or changes.read_parts(context.scene), view_transform_of(context.scene)
         before = _present(context.scene) if only_changed else None
         left_out = "" if layers is None else layers.told

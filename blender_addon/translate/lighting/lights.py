@@ -66,15 +66,12 @@ def translate_light(translation: Translation, name: str, obj: Any, instance: Any
         translation.note(name, f"a scale of 0{axis} leaves it without a direction, so it emits no light")
         return None
     if lamp.type == "SUN":
-        return SunLight(**shared, irradiance=power * _sun_area(lamp), angle_rad=lamp.angle)
+        return SunLight(**shared, irradiance=power * emitting_area(lamp, matrix), angle_rad=lamp.angle)
     if lamp.type == "AREA":
         return _area(translation, lamp, power, matrix, shared)
     radius = lamp.shadow_soft_size
     shared |= {"radius": radius, "soft_falloff": lamp.use_soft_falloff, "photometry": shine.photometry}
-    if not compat.light_is_normalized(lamp):
-        power *= (
-            4 * np.pi * radius**2 if radius > 0 else 4.0
-        )  # a strength is a radiant exitance; of a point as in Cycles
+    power *= emitting_area(lamp, matrix)
     if lamp.type == "SPOT":
         scale = np.maximum(lengths, 1e-6)  # a scaled spot is an ellipse in Cycles
         if _is_sheared(matrix):
@@ -106,11 +103,30 @@ def _reader(translation: Translation, obj: Any, instance: Any, matrix: NDArray[n
     return LampReader(translation, obj.data.name, on_surface=True, is_far=far, lamp=obj.data, matrix=matrix, info=info)
 
 
-def _sun_area(lamp: Any) -> float:
-    """Projected solid angle of a sun whose strength is its radiance; 1 if it is its irradiance, as without an angle."""
-    if compat.light_is_normalized(lamp) or lamp.angle <= 0:
+def emitting_area(lamp: Any, matrix: NDArray[np.float64]) -> float:
+    """Factor from the strength of a lamp, placed by ``matrix`` (4, 4), to its power (a sun's irradiance): 1 if the
+    strength is normalized, else the area of the lamp, or the projected solid angle of a sun.
+    """
+    if compat.light_is_normalized(lamp) or (lamp.type == "SUN" and lamp.angle <= 0):
         return 1.0
-    return float(np.pi * np.sin(lamp.angle / 2) ** 2)
+    if lamp.type == "SUN":
+        return float(np.pi * np.sin(lamp.angle / 2) ** 2)
+    if lamp.type == "AREA":
+        width, height = _extent(lamp, matrix)
+        return max(width, SMALLEST_SIZE) * max(height, SMALLEST_SIZE) * (np.pi / 4 if _is_ellipse(lamp) else 1.0)
+    radius = lamp.shadow_soft_size
+    return 4 * np.pi * radius**2 if radius > 0 else 4.0  # a strength is a radiant exitance; of a point as in Cycles
+
+
+def _extent(lamp: Any, matrix: NDArray[np.float64]) -> tuple[float, float]:
+    """Edges or axes of an area light in the world."""
+    stretch = np.linalg.norm(matrix[:3, :2], axis=0)
+    width, height = lamp.size, (lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size)
+    return float(width * stretch[0]), float(height * stretch[1])
+
+
+def _is_ellipse(lamp: Any) -> bool:
+    return lamp.shape in ("DISK", "ELLIPSE")
 
 
 def _leaning(matrix: NDArray[np.float64], lengths: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -145,18 +161,13 @@ def _area(
     translation: Translation, lamp: Any, power: float, matrix: NDArray[np.float64], shared: dict[str, Any]
 ) -> AreaLight | None:
     """Area light: an object's scale changes its extent, as in Cycles, and not its power; None without area."""
-    stretch = np.linalg.norm(matrix[:3, :2], axis=0)
     if _is_sheared(matrix):
         translation.note(shared["name"], "its parents shear it; it is rendered as a rectangle, with another brightness")
-    width, height = lamp.size, (lamp.size_y if lamp.shape in ("RECTANGLE", "ELLIPSE") else lamp.size)
-    size = (float(width * stretch[0]), float(height * stretch[1]))
+    size = _extent(lamp, matrix)
     if min(size) <= 0:
         translation.note(shared["name"], "an area light without area emits no light; give it a size and a scale")
         return None
     size = (max(size[0], SMALLEST_SIZE), max(size[1], SMALLEST_SIZE))
-    ellipse = lamp.shape in ("DISK", "ELLIPSE")
-    if not compat.light_is_normalized(lamp):
-        power *= size[0] * size[1] * (np.pi / 4 if ellipse else 1.0)
-    return AreaLight(
-        **shared, power_w=power, shape="ellipse" if ellipse else "rectangle", size=size, spread_rad=lamp.spread
-    )
+    power *= emitting_area(lamp, matrix)
+    shape: Any = "ellipse" if _is_ellipse(lamp) else "rectangle"
+    return AreaLight(**shared, power_w=power, shape=shape, size=size, spread_rad=lamp.spread)

@@ -149,7 +149,7 @@ def surface_light(
         throughput = throughput * weight
         delta = mi.has_flag(pick.sampled_type, mi.BSDFFlags.Delta)
         pdf = dr.select(delta, -1.0, pick.pdf)
-        active = active & (dr.max(throughput) > 1e-4)
+        active = active & (dr.max(throughput) > 0.0)  # however dim: the lamp at the end may be a sun
         known = dr.detach(hit)
         return ray, throughput, light, depth + 1, active, there, mi.Interaction3f(known), pdf, sampler
 
