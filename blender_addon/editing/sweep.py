@@ -126,7 +126,9 @@ def look(scene: Scene) -> bool:
     lines = run.lines()
     aside = [line for line in lines if ASIDE.match(line)]
     if code == 0:
-        sweep.status = "; ".join(filter(None, (f"{sweep.done} points done", told_if_temporary(run.folder))))
+        notes = [line for line in lines if line.startswith("note: ")]
+        said = (f"{sweep.done} points done", told_if_temporary(run.folder), *notes)
+        sweep.status = "; ".join(filter(None, said))
     else:
         last = run.message() or f"status {code}"
         sweep.status = aside[0] if aside else last.strip().removeprefix("spectral-scene sweep: ")
