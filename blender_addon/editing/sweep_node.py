@@ -63,6 +63,7 @@ class BlendNode:
     ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: replace the file's
     output size and samples, None for those of the file. ``scene_name``: of the scene, "" for the one that the file
     opens with. ``command``: of a worker. ``not_linear``: why no point can be re-lit, "" if points can.
+    ``notes``: lines on what is rendered in another way than the file states, and on settings that change nothing.
     """
 
     file: str
@@ -105,7 +106,8 @@ class BlendNode:
         print_, node = scene_hash(made), replace(node, not_linear=not_linear(made))
         mark = recording_mark(made) if node.relights else ""
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
-        return replace(node, notes=node._notes(space), fingerprint=hashlib.sha256(said.encode()).hexdigest())
+        told = tuple(f"note: {note.subject}: {note.message}" for note in made.notes)
+        return replace(node, notes=told + node._notes(space), fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
     def _notes(self, space: Space) -> tuple[str, ...]:
         """Notes on settings that change no picture, or not over their whole range.

@@ -10,7 +10,7 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spectral-scene[blender]'")
 
 from spectral_core.explore.sweep.parameters import Parameter  # noqa: E402
-from tests.blender_sweep.test_sweep_in_blender import scene  # noqa: E402, F401 - a fixture
+from tests.blender_sweep.test_sweep_in_blender import KEY, scene  # noqa: E402, F401 - a fixture
 from tests.blender_sweep.test_swept_settings import node_of  # noqa: E402
 
 HIDDEN, POWER = 'bpy.data.objects["Fill"].hide_render', 'bpy.data.lights["Fill"].energy'
@@ -32,6 +32,16 @@ def test_the_power_of_a_hidden_lamp_is_named_unless_a_swept_switch_shows_it(scen
     assert line.startswith(f"note: no picture changes with 'fill' ({POWER})")
     assert not notes(tmp_path, Parameter("hidden", kind="choice", choices=("on", "off"), path=HIDDEN), power)
     assert not notes(tmp_path, Parameter("exposure", 0, 1, path='bpy.data.scenes["Scene"].view_settings.exposure'))
+
+
+def test_what_the_pictures_lack_is_named(scene: Any, tmp_path: Any) -> None:  # noqa: F811
+    """F12 names it, and sweeps rendered such pictures without a word."""
+    tree = bpy.data.materials["Metal"].node_tree
+    texture = tree.nodes.new("SpectralSceneTexture")
+    tree.links.new(texture.outputs[0], tree.nodes["Glossy"].inputs["Color"])
+    texture.filepath = "//gone.exr"
+    (line,) = notes(tmp_path, Parameter("watts", 1, 100, path=KEY))
+    assert line.startswith("note: Metal: Spectral Texture") and "there is no file" in line
 
 
 def test_a_setting_of_another_scene_than_the_rendered_one_is_named(scene: Any, tmp_path: Any) -> None:  # noqa: F811
