@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
         setting = swept_setting(entry)
         path = in_copy(entry.name, folder)
         if setting.choices:
-            choices = tuple(word.strip() for word in entry.choices.split(",") if word.strip())
+            choices = _chosen(entry.choices, setting.choices)
             for choice in choices:
                 setting.checked(choice)
             made.append(Parameter(entry.label, kind="choice", choices=choices, path=path))
@@ -43,6 +44,18 @@ def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
         unit = "rad" if setting.is_angle else ""
         made.append(Parameter(entry.label, entry.low, entry.high, unit, entry.scale, kind, path=path))
     return made
+
+
+def _chosen(text: str, offered: Sequence[str]) -> tuple[str, ...]:
+    """The values in the panel's field, separated by commas, which may stand in the names of values, too."""
+    words, found = text.split(","), []
+    while words:
+        names = (",".join(words[:count]).strip() for count in range(len(words), 0, -1))
+        known = (one for name in names for one in offered if one.strip() == name)
+        value = next(known, words[0].strip())
+        found.append(value)
+        del words[: value.count(",") + 1]
+    return tuple(filter(None, found))
 
 
 def folder_of(sweep: PropertyGroup) -> Path:
