@@ -220,7 +220,7 @@ def require_outputs(outputs: Iterable[Path], of_views: Iterable[Path] = ()) -> N
     """
     import bpy
 
-    from ..properties.texture import NODE
+    from ..translate.shading.texture import file_of, spectral_texture_nodes
 
     named = [Path(path) for path in bpy.utils.blend_paths(absolute=True)]
     for image in bpy.data.images:
@@ -229,10 +229,7 @@ def require_outputs(outputs: Iterable[Path], of_views: Iterable[Path] = ()) -> N
             ends = [re.escape(end) for end in re.split(r"<UDIM>|<UVTILE>|\d+(?=\D*$)", path.name)]
             names = re.compile(r"\w+".join(ends))
             named += [each for each in path.parent.glob("*") if names.fullmatch(each.name)]
-    trees = [*bpy.data.node_groups, *(owner.node_tree for owner in (*bpy.data.materials, *bpy.data.worlds))]
-    for node in (node for tree in trees if tree is not None for node in tree.nodes):
-        if node.bl_idname == NODE and node.filepath:
-            named.append(Path(bpy.path.abspath(node.filepath, library=node.id_data.library)))
+    named += [file_of(node) for node in spectral_texture_nodes() if node.filepath]
     require_apart(of_views, named)
     _require_outputs(outputs, named)
 

@@ -28,6 +28,8 @@ from .sweep_run import Run
 from .sweep_settings import column_name, follow_names, setting_at
 
 POLL_S = 0.5
+MOST_NOTES = 4
+"""Notes of a run that the panel shows; its room is narrow."""
 ASIDE = re.compile(r"\d+ set aside: ")
 """Start of the line of a run with the reason of its failed points."""
 _run: Run | None = None
@@ -126,7 +128,10 @@ def look(scene: Scene) -> bool:
     lines = run.lines()
     aside = [line for line in lines if ASIDE.match(line)]
     if code == 0:
-        sweep.status = "; ".join(filter(None, (f"{sweep.done} points done", told_if_temporary(run.folder))))
+        notes = [line for line in lines if line.startswith("note: ")]
+        more = f"and {len(notes) - MOST_NOTES} more notes" if len(notes) > MOST_NOTES else ""
+        said = (f"{sweep.done} points done", told_if_temporary(run.folder), *notes[:MOST_NOTES], more)
+        sweep.status = "; ".join(filter(None, said))
     else:
         last = run.message() or f"status {code}"
         sweep.status = aside[0] if aside else last.strip().removeprefix("spectral-scene sweep: ")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from spectral_core.explore.sweep.sweep import meanings
 from spectral_core.files.whole import make_folder
 
 from .background import temporary
+from .board.paths import in_copy
 from .sweep_settings import follow_names, setting_at, swept_setting
 
 
@@ -28,19 +30,32 @@ def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
     """The core's parameters. Raises InvalidInputError for an invalid range or name, or without parameters."""
     if not len(sweep.parameters):
         raise InvalidInputError("nothing is swept; right-click a setting and choose Add to Sweep")
-    made = []
+    made, folder = [], folder_of(sweep).parent
     for entry in sweep.parameters:
         setting = swept_setting(entry)
+        path = in_copy(entry.name, folder)
         if setting.choices:
-            choices = tuple(word.strip() for word in entry.choices.split(",") if word.strip())
+            choices = _chosen(entry.choices, setting.choices)
             for choice in choices:
                 setting.checked(choice)
-            made.append(Parameter(entry.label, kind="choice", choices=choices, path=entry.name))
+            made.append(Parameter(entry.label, kind="choice", choices=choices, path=path))
             continue
         kind: Any = "integer" if entry.whole else "real"
         unit = "rad" if setting.is_angle else ""
-        made.append(Parameter(entry.label, entry.low, entry.high, unit, entry.scale, kind, path=entry.name))
+        made.append(Parameter(entry.label, entry.low, entry.high, unit, entry.scale, kind, path=path))
     return made
+
+
+def _chosen(text: str, offered: Sequence[str]) -> tuple[str, ...]:
+    """The values in the panel's field, separated by commas, which may stand in the names of values, too."""
+    words, found = text.split(","), []
+    while words:
+        names = (",".join(words[:count]).strip() for count in range(len(words), 0, -1))
+        known = (one for name in names for one in offered if one.strip() == name)
+        value = next(known, words[0].strip())
+        found.append(value)
+        del words[: value.count(",") + 1]
+    return tuple(filter(None, found))
 
 
 def folder_of(sweep: PropertyGroup) -> Path:
@@ -162,7 +177,8 @@ def write_documents(scene: Scene) -> Documents:
 
 
 def _write(sweep: PropertyGroup, documents: Documents, parameters: list[Parameter]) -> None:
-    blend = documents.blend
+    blend, own = documents.blend, bpy.data.filepath and str(Path(bpy.data.filepath).parent)
+    sweep.copied_from = "" if own == str(blend.parent) else own
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
     except RuntimeError as error:  # Blender's
@@ -170,6 +186,8 @@ def _write(sweep: PropertyGroup, documents: Documents, parameters: list[Paramete
             f"the copy of the file for the sweep could not be written: {str(error).strip().removeprefix('Error: ')}; "
             "choose another folder for the sweep"
         ) from error
+    finally:
+        sweep.copied_from = ""
     compute = {
         "kind": "blend", "blend": blend.name, "scene": sweep.id_data.name,
         "percentage": sweep.percentage, "samples": sweep.samples,

@@ -18,10 +18,11 @@ from typing import Any
 import bpy
 import numpy as np
 
-from spectral_core.errors import FileFormatError, InvalidInputError, RenderError
+from spectral_core.errors import FileFormatError, InvalidInputError, RenderError, SpectralError
 from spectral_core.explore.sweep.compute.paths import require_set_once
 from spectral_core.explore.sweep.compute.rendering import Relighter, not_linear, recording_mark, rendered
 from spectral_core.explore.sweep.document import entries
+from spectral_core.explore.sweep.effects import without_effect
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Parameter, Space, Value
 from spectral_core.files.guarded import no_file
@@ -29,6 +30,7 @@ from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
 
 from ..properties.render import ENGINE
+from ..translate.shading.texture import resolve_in
 from ..translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
 from .background import worker_command, worker_prelude
 from .sweep_settings import follow_palette, setting_at
@@ -42,8 +44,10 @@ SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
 )
 GOAL_PATHS = (".spectral.render.goal", ".spectral.render.target_error", ".spectral.render.time_budget")
 
-_BETWEEN = 0.37
-"""A place in a range between its ends, which whole turns do not repeat."""
+_SHARES = (1.0, 0.97, 0.37, 0.03, 0.0)
+"""Places in a range where an object is looked at: between the ends, which whole turns repeat, and near them, where a
+constraint may stop it. It ends at the start.
+"""
 _ROUNDING = 1e-6
 """Of a matrix in single precision, which a constraint computes anew for each value."""
 _MOST = {"percentage": 32767, "samples": 16777216}
@@ -59,6 +63,7 @@ class BlendNode:
     ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: replace the file's
     output size and samples, None for those of the file. ``scene_name``: of the scene, "" for the one that the file
     opens with. ``command``: of a worker. ``not_linear``: why no point can be re-lit, "" if points can.
+    ``notes``: lines on what is rendered in another way than the file states, and on settings that change nothing.
     """
 
     file: str
@@ -68,6 +73,7 @@ class BlendNode:
     scene_name: str = ""
     command: tuple[str, ...] = ()
     not_linear: str = ""
+    notes: tuple[str, ...] = ()
     fingerprint: str = ""
     _kept: dict[str, Any] = field(default_factory=dict, compare=False, repr=False)
 
@@ -96,30 +102,63 @@ class BlendNode:
                 setting.checked(choice)
         start = {parameter.name: parameter.value(0.0) for parameter in space.parameters}
         made = node.scene(start, 0)
-        for parameter in space.parameters:
-            node._require_moved(parameter)
-        print_, node = scene_hash(made), replace(node, not_linear=not_linear(made))
         view = view_name(bpy.context.scene)
+        print_, node = scene_hash(made), replace(node, not_linear=not_linear(made))
         mark = recording_mark(made) if node.relights else ""
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
-        return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
+        told = tuple(f"note: {note.subject}: {note.message}" for note in made.notes)
+        return replace(node, notes=told + node._notes(space), fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
-    def _require_moved(self, parameter: Parameter) -> None:
-        """Raise InvalidInputError if no value of a location, rotation or scale moves its object: a constraint or
-        another rotation mode leaves the value as it was set, and places the object elsewhere.
+    def _notes(self, space: Space) -> tuple[str, ...]:
+        """Notes on settings that change no picture, or not over their whole range.
+
+        Raises InvalidInputError if a constraint keeps an object where it is.
         """
-        setting, places = setting_at(parameter.target), []
-        for share in (1.0, _BETWEEN, 0.0):  # ends at the start
-            setting.write(parameter.value(share))
+        notes = list(filter(None, map(self._where_it_stays, space.parameters)))
+        for parameter in without_effect(space, self._state):
+            notes.append(
+                f"note: no picture changes with {parameter.name!r} ({parameter.target}), as far as some of its values "
+                "tell; what it belongs to may be hidden, unused, of another scene, or not rendered in a sweep"
+            )
+        return tuple(notes)
+
+    def _state(self, values: Mapping[str, Value]) -> object:
+        """Equal for points with equal pictures."""
+        try:
+            return scene_hash(self.scene(values, 0)), view_name(bpy.context.scene)
+        except SpectralError:  # the run names the points that cannot be rendered
+            return object()
+
+    def _where_it_stays(self, parameter: Parameter) -> str:
+        """A note if some values of a location, rotation or scale leave its object in one place, as limits do.
+
+        Raises InvalidInputError if no value moves it: a constraint or another rotation mode leaves the value as it was
+        set, and places the object elsewhere.
+        """
+        setting = setting_at(parameter.target)
+        places: dict[Any, Any] = {}
+        for share in _SHARES:
+            setting.write(value := parameter.value(share))
             bpy.context.view_layer.update()
-            places.append(setting.matrix(bpy.context.evaluated_depsgraph_get()))
-        if None in places:
-            return
-        if np.ptp(np.array(places), axis=0).max() <= _ROUNDING * np.abs(np.array(places)).max():
+            places[value] = setting.matrix(bpy.context.evaluated_depsgraph_get())
+        if None in places.values() or any(isinstance(value, str) for value in places):
+            return ""
+        values, found = list(map(float, places)), np.array(list(places.values()))
+        rounding = _ROUNDING * np.abs(found).max()
+        if np.ptp(values) <= 8 * rounding:  # so far from the origin that single precision does not tell
+            return ""
+        if np.ptp(found, axis=0).max() <= rounding:
             raise InvalidInputError(
                 f"{parameter.target} moves nothing: a constraint decides where its object is, or the rotation mode "
                 "is another one; remove that, or sweep what decides"
             )
+        steps = zip(values, values[1:], found, found[1:], strict=False)
+        stays = [f"{b:g} and {a:g}" for a, b, one, other in steps
+                 if abs(a - b) > 8 * rounding and np.abs(one - other).max() <= rounding]  # fmt: skip
+        if not stays:
+            return ""
+        return (f"note: {parameter.target} has its object in one place at {', and in one at '.join(sorted(stays))}: a "
+                "constraint limits it, and pictures of such values are the same")  # fmt: skip
 
     @property
     def relights(self) -> bool:
@@ -202,6 +241,9 @@ class BlendNode:
             raise FileFormatError(f"{Path(self.file).name} cannot be opened: {str(error).strip()}") from error
         if self.scene_name:
             self._show_scene()
+        copied_from = bpy.context.scene.spectral.sweep.copied_from
+        if copied_from:
+            resolve_in(copied_from)
         bpy.context.scene.render.engine = ENGINE
         if self.percentage is not None and not self._sweeps(SIZE_PATH):
             bpy.context.scene.render.resolution_percentage = self.percentage
@@ -232,7 +274,7 @@ class BlendNode:
             lines.append(f"every point is rendered: {self.not_linear}")
         elif any(path.startswith(LIGHT_PATH) for _, path in self.paths):
             lines.append("lights are swept together with other properties, so every point is rendered")
-        return lines
+        return [*lines, *self.notes]
 
 
 def blend_node(table: dict[str, Any], space: Space, folder: Path) -> BlendNode:

@@ -115,6 +115,8 @@ class Ran(BackgroundCommand):
         (None, 0, [], "0 of 8"),
         (None, 2, [], "2 of 8, about 30 s left"),
         (0, 8, ["ready"], "8 points done"),
+        (0, 8, ["note: no picture changes", "table: x"], "8 points done; note: no picture changes"),
+        (0, 8, ["note: x"] * 6, "8 points done; note: x; note: x; note: x; note: x; and 2 more notes"),
         (1, 5, ["4 of 8, 1 set aside", "3 set aside: no lamp", "bye"], "3 set aside: no lamp"),
         (1, 5, ["first", " the lamp is gone "], "the lamp is gone"),
         (1, 5, ["first", "spectral-scene sweep: the disk is full"], "the disk is full"),

@@ -42,6 +42,24 @@ def test_each_type_of_setting_is_added_with_its_values(scene: Any) -> None:  # n
         parameters_of(scene.spectral.sweep)
 
 
+def test_names_of_values_may_have_commas_and_spaces_at_their_ends(scene: Any) -> None:  # noqa: F811
+    """Such a list was swept over parts of its names, which the run refused."""
+    from blender_addon.editing.sweep_documents import parameters_of
+
+    plane = bpy.data.objects["Plane"]
+    plane["wood"], names = 0, ("Oak, dark", "Oak", "Pine ", "Oak, dark, old")
+    plane.id_properties_ui("wood").update(items=[(name, name, "", number) for number, name in enumerate(names)])
+    path = 'bpy.data.objects["Plane"]["wood"]'
+    bpy.ops.spectral.sweep_add(target=path)
+    sweep = scene.spectral.sweep
+    assert parameters_of(sweep)[0].choices == names
+    sweep.parameters[path].choices = " Oak, dark , Pine,Oak,"
+    assert parameters_of(sweep)[0].choices == ("Oak, dark", "Pine ", "Oak")
+    sweep.parameters[path].choices = "Oak, light, Pine"
+    with pytest.raises(Exception, match="cannot be 'light'; it offers Oak, dark, Oak, Pine"):
+        parameters_of(sweep)
+
+
 def test_a_point_sets_and_keyframes_switches_and_lists(scene: Any) -> None:  # noqa: F811
     from blender_addon.editing.sweep_points import keyframe_path, set_point
     from spectral_core.explore.sweep.ledger import Row

@@ -24,6 +24,7 @@ from spectral_core.explore.sweep.designs import design_points
 from spectral_core.explore.sweep.document import sweep_of
 from spectral_core.explore.sweep.outcome import Outcome, as_outcome
 from spectral_core.explore.sweep.parameters import Parameter, Space
+from spectral_core.explore.sweep.runner import text_of
 from spectral_core.explore.sweep.task import compute_point
 from spectral_core.spectra.color import lab_from_linear_rgb, linear_from_display_rgb
 
@@ -48,6 +49,13 @@ class Node:
 
     def __call__(self, parameters: Any, seed: int) -> Outcome:
         return Outcome(pictures={name: np.full((4, 4, 3), 0.1 * i, np.float32) for i, name in enumerate(self.names)})
+
+
+def test_texts_that_no_file_can_hold_end_no_run() -> None:
+    """File names of other encodings have such letters: an error with one ended the run in a traceback."""
+    with pytest.raises(InvalidInputError, match=r"'t' is '\\ud800x', a text that UTF-8 cannot store"):
+        Outcome({"t": "\ud800x"})
+    assert text_of(ValueError("no \udcff.png")) == "ValueError: no \\udcff.png"
 
 
 def test_a_list_and_a_value_of_one_name_are_refused() -> None:

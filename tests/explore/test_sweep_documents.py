@@ -32,7 +32,7 @@ PLAIN: dict[str, Any] = {
         "ranges": {"a": [1.0, 2.0]}, "choices": {"c": ["x", "y"]}, "constraints": ["b <= 2.8"], "name": "middle",
         "ball": {"center": {"a": 1.5, "b": 2.0}, "radii": {"a": 0.5}, "p": 2.0},
     },
-    "columns": {"d": "a + b"}, "reference": {"a": 1.5, "b": 2.0, "c": "x"}, "seed": 0,
+    "columns": {"d": "a + b"}, "reference": {"a": 1.0, "b": 2.0, "c": "x"}, "seed": 0,
 }  # fmt: skip
 OTHERS: dict[str, Any] = {
     "compute.function": "package.module:other", "compute.kind": "command",
@@ -43,7 +43,7 @@ OTHERS: dict[str, Any] = {
     "design.points": None,
     "region.ranges": {"a": [1.2, 1.9]}, "region.choices": {"c": ["x"]}, "region.constraints": ["b <= 2.5"],
     "region.name": "edge", "region.ball": {"center": {"a": 1.5, "b": 2.0}, "radii": {"a": 0.25}, "p": 2.0},
-    "columns.d": "a - b", "reference.a": 1.25, "seed": 1,
+    "columns.d": "a - b", "reference.a": 2.0, "seed": 1,
 }  # fmt: skip
 """Another value for each entry; None where another test changes it (a name changes the whole document)."""
 
@@ -99,6 +99,30 @@ def test_names_and_options_of_a_document_are_kept() -> None:
     plain["parameters"][2]["choices"].append("w")
     assert stored(plain) != stored(document())
     assert [parameter.name for parameter in sweep_of(plain, Path()).space.parameters] == ["a", "b", "c"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [("b", "two", "b is 'two'; expected a finite number"), ("b", [2.0], "b is .2.0.; expected a finite number"),
+     ("a", 1.5, "a is 1.5; expected a whole number"), ("c", 3, "c is 3; the choices are .'x', 'y', 'z'.")],
+)  # fmt: skip
+def test_a_reference_that_no_point_can_be_is_refused_before_the_points_are_computed(
+    name: str, value: Any, reason: str
+) -> None:
+    """The points were computed, and compared with a point of half a count, or not at all."""
+    plain = document()
+    plain["parameters"][0]["kind"] = "integer"
+    plain["reference"][name] = value
+    with pytest.raises(InvalidInputError, match=rf"the value of the \[reference\] is wrong: {reason}"):
+        sweep_of(plain, Path())
+
+
+def test_a_reference_may_lie_beyond_the_ranges_and_has_the_types_of_the_parameters() -> None:
+    plain = document()
+    plain["parameters"][0]["kind"] = "integer"
+    plain["reference"] = {"a": 40.0, "b": 7, "c": "exact"}
+    found = sweep_of(plain, Path()).reference
+    assert found == {"a": 40, "b": 7.0, "c": "exact"} and [type(one) for one in found.values()] == [int, float, str]
 
 
 def test_listed_points_of_a_document_are_kept() -> None:

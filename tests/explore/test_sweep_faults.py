@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import sqlite3
 import subprocess
@@ -20,6 +21,7 @@ from spectral_core.explore.sweep import task
 from spectral_core.explore.sweep.compute.command import CommandNode
 from spectral_core.explore.sweep.compute.volume import VolumeNode
 from spectral_core.explore.sweep.document import read_sweep, register_compute
+from spectral_core.explore.sweep.files import json_text
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.runner import run_sweep
@@ -277,3 +279,19 @@ def test_a_sweep_of_a_volume_goes_on_after_its_folder_was_moved(tmp_path: Path) 
         node = VolumeNode.of("v.npy", "wide", Space((Parameter("zoom", 1, 2),)), tmp_path / name)
         prints.append(node.fingerprint)
     assert prints[0] == prints[1] != prints[2]
+
+
+def test_the_files_among_which_a_command_chooses_are_part_of_the_computation(tmp_path: Path) -> None:
+    """The rows of two versions of a file were mixed, if a parameter and not the command named it."""
+    space = Space((Parameter("sky", kind="choice", choices=("a.hdr", "b.hdr", "none")), Parameter("n", 0, 1)))
+    prints = []
+    for text in ("first", "second"):
+        (tmp_path / "b.hdr").write_text(text)
+        words = ["program", "--sky={sky}", "{n}"]
+        prints.append(CommandNode.of(words, space, tmp_path).fingerprint)
+        prints.append(CommandNode.of(["program", "{sky}", "{n}"], space, tmp_path).fingerprint)
+    assert len(set(prints)) == 4
+    (tmp_path / "b.hdr").unlink()
+    words = ["program", "{sky}", "{n}"]
+    plain = hashlib.sha256(json_text([words, {}]).encode()).hexdigest()  # of earlier versions, if there is no file
+    assert CommandNode.of(words, space, tmp_path).fingerprint == plain

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import ast
 import math
+import os
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -111,11 +113,43 @@ def block_at(path: str) -> tuple[ID, str]:
             f'{path!r} is no data path; expected one as Copy Full Data Path gives it: bpy.data.lights["Key"].energy'
         )
     name, library = (_plain(full[2] or full[3] or ""), _plain(full[4] or full[5] or ""))
-    block = blocks.get((name, library)) if library else blocks.get(name)
+    block = (blocks.get((name, library)) or _linked(blocks, name, library)) if library else blocks.get(name)
     if block is None:
         linked = f", linked from {library}" if library else ""
         raise InvalidInputError(f"{path!r}: this file has no {full[1]} named {name!r}{linked}")
     return block, _TEXT.sub(_in_double_quotes, full[6])
+
+
+def _linked(blocks: Any, name: str, library: str) -> ID | None:
+    """The data-block from a library whose path is written in another way."""
+    wanted = _whole(library)
+    return next(
+        (each for each in blocks if each.name == name and each.library and _whole(each.library.filepath) == wanted),
+        None,
+    )
+
+
+def _whole(path: str) -> str:
+    return os.path.normcase(os.path.normpath(bpy.path.abspath(path)))
+
+
+def in_copy(path: str, folder: Path) -> str:
+    """The full data path of the same setting in a copy of the open file in a folder: Blender keeps the relative paths
+    of libraries relative to the file.
+    """
+    full = _FULL.fullmatch(path.strip())
+    library = _plain(full[4] or full[5] or "") if full is not None else ""
+    if full is None or not library.startswith("//"):
+        return path
+    there = bpy.path.relpath(os.path.normpath(bpy.path.abspath(library)), start=str(folder)).replace("\\", "/")
+    if _whole(bpy.path.abspath(there)) == _whole(library):  # beside the file: as it is written
+        return path
+    names = ", ".join(_quoted(name) for name in (_plain(full[2] or full[3] or ""), there))
+    return f"bpy.data.{full[1]}[{names}]{full[6]}"
+
+
+def _quoted(name: str) -> str:
+    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def _in_double_quotes(text: re.Match[str]) -> str:
@@ -166,7 +200,7 @@ def block_path(block: ID) -> str:
     if not isinstance(node, ast.Subscript) or not isinstance(key, ast.Constant):
         raise InvalidInputError(f"{text} has no data path for a fader")
     names = [str(key.value), *([block.library.filepath] if block.library else [])]
-    quoted = ", ".join('"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"' for name in names)
+    quoted = ", ".join(map(_quoted, names))
     rest = text.encode()[node.end_col_offset :].decode()
     return f"{text.partition('[')[0]}[{quoted}]{rest}"
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
@@ -18,6 +19,8 @@ from spectral_core.palette.texture.texture import SpectralTexture
 from spectral_core.scene import SpectralImage
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import display_rgb_from_linear
+
+from ...properties.texture import NODE
 
 EXTENSIONS: dict[str, Literal["repeat", "extend", "mirror"]] = {
     "REPEAT": "repeat",
@@ -40,6 +43,20 @@ def texture_of(node: Any) -> SpectralTexture:
         raise InvalidInputError(no_file(path, "choose the texture.exr again"))
     state = path.stat()
     return _read(path, state.st_mtime_ns, state.st_size)
+
+
+def spectral_texture_nodes() -> Iterator[Any]:
+    """All nodes of spectral textures in the file, those without a file included."""
+    owners = (*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights)
+    for tree in (*bpy.data.node_groups, *(owner.node_tree for owner in owners)):
+        yield from (node for node in (tree.nodes if tree is not None else ()) if node.bl_idname == NODE)
+
+
+def resolve_in(folder: str) -> None:
+    """Let relative files of the nodes count from a folder: Blender does not change them where it copies the .blend."""
+    for node in spectral_texture_nodes():
+        if node.id_data.library is None and node.filepath.startswith("//"):
+            node.filepath = str(Path(folder, node.filepath[2:]))
 
 
 def file_of(node: Any) -> Path:

@@ -90,8 +90,8 @@ def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
             raise InvalidInputError(f"[columns] computes {name!r}, which is a parameter; take another name")
         parse(text)
     reference = plain.get("reference")
-    if reference is not None and set(reference) != set(space.names):
-        raise InvalidInputError(f"the reference needs a value for each of {', '.join(space.names)}")
+    if reference is not None:
+        reference = _reference(reference, space)
     region = RegionOfInterest.from_dict(plain.get("region", {})).checked(space)
     design = Design.from_dict(plain.get("design", {}))
     if design.kind == "list" and not design.points:
@@ -106,6 +106,29 @@ def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
             f"the design lists {len(design.points)} points and has a budget of {design.budget}; leave out the budget"
         )
     return SweepDocument(space, region, design, compute, seed, expressions, reference, folder)
+
+
+def _reference(given: Mapping[str, Any], space: Space) -> dict[str, Value]:
+    """The values of the reference in the types of the parameters; they may lie beyond the ranges and the choices.
+
+    Raises InvalidInputError for one that no point can have.
+    """
+    if set(given) != set(space.names):
+        raise InvalidInputError(f"the reference needs a value for each of {', '.join(space.names)}")
+    found: dict[str, Value] = {}
+    for parameter in space.parameters:
+        value = given[parameter.name]
+        try:
+            if parameter.kind != "choice":
+                parameter.coordinate(value)
+                found[parameter.name] = int(value) if parameter.kind == "integer" else float(value)
+            elif not any(isinstance(value, str) == isinstance(choice, str) for choice in parameter.choices):
+                raise InvalidInputError(f"{parameter.name} is {value!r}; the choices are {list(parameter.choices)}")
+            else:
+                found[parameter.name] = value
+        except (InvalidInputError, TypeError) as error:
+            raise InvalidInputError(f"the value of the [reference] is wrong: {error}") from error
+    return found
 
 
 def register_compute(kind: str, factory: NodeFactory) -> None:

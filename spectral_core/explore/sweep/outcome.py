@@ -47,6 +47,11 @@ class Outcome:
                 raise InvalidInputError(f"the value {name!r} is a {type(value).__name__}; expected a number or a text")
             if isinstance(value, int) and not is_finite(value):
                 raise InvalidInputError(f"the value {name!r} is a whole number beyond 1e308, which no table holds")
+            if isinstance(value, str) and value != value.encode("utf-8", "ignore").decode("utf-8"):
+                raise InvalidInputError(
+                    f"the value {name!r} is {ascii(value)[:80]}, a text that UTF-8 cannot store; replace what stands "
+                    "for half a character, as in file names of other encodings"
+                )
 
     def beside(self, parameters: Mapping[str, Value]) -> Outcome:
         """This outcome, if none of its values has the column name of a parameter with another value."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -72,7 +72,8 @@ class RegionOfInterest:
                 raise InvalidInputError(
                     f"the region's {name} runs from {low} to {high}; expected ends with a whole number between them"
                 )
-        for name, values in self.choices.items():
+        chosen = {name: _own_choices(space[name], values) for name, values in self.choices.items()}
+        for name, values in chosen.items():
             parameter = space[name]
             if not values:
                 raise InvalidInputError(f"the region chooses no value of {name}; name some, or leave the entry out")
@@ -84,7 +85,7 @@ class RegionOfInterest:
             parse_constraint(text, space)
         if self.ball is not None:
             _check_ball(self.ball, space)
-        return self
+        return replace(self, choices=chosen)
 
     def ends(self, parameter: Parameter) -> tuple[float, float]:
         """The ends of a range of numbers in this region, whole for a parameter that counts."""
@@ -245,6 +246,12 @@ def bounding_region(space: Space, points: Sequence[Mapping[str, Value]], name: s
             low, high = (float(parameter.value(float(end))) for end in ends)
         ranges[parameter.name] = (low, high)
     return RegionOfInterest(ranges, choices, name=name)
+
+
+def _own_choices(parameter: Parameter, values: Sequence[Value]) -> tuple[Value, ...]:
+    """The values as the parameter has them: a table of numbers and texts has all of them as texts."""
+    by_text = {str(choice): choice for choice in parameter.choices}
+    return tuple(value if value in parameter.choices else by_text.get(str(value), value) for value in values)
 
 
 def _check_ball(one: NormBall, space: Space) -> None:

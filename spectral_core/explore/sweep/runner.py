@@ -129,8 +129,9 @@ def _capacity(executor: Executor, workers: int) -> int:
 
 
 def text_of(error: Exception) -> str:
-    """Text of the error of a point, whose code may be a user's."""
-    return str(error) if isinstance(error, SpectralError) else f"{type(error).__name__}: {error}"
+    """Text of the error of a point, whose code may be a user's: the ledger holds no half of a surrogate pair."""
+    text = str(error) if isinstance(error, SpectralError) else f"{type(error).__name__}: {error}"
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 class _Run:

@@ -49,9 +49,9 @@ export function extent(values) {
 /** "name 2" before "name 10", alike on every machine. */
 const NATURAL = new Intl.Collator("en", { numeric: true });
 
-/** Column of texts: positions in their sorted order. @param {string[]} texts */
-export function textColumn(texts) {
-  const order = [...new Set(texts.filter((text) => text !== ""))].sort(NATURAL.compare);
+/** Column of texts: positions in their sorted order. @param {string[]} texts @param {boolean} [takesEmpty] an empty text is a value */
+export function textColumn(texts, takesEmpty = false) {
+  const order = [...new Set(texts.filter((text) => takesEmpty || text !== ""))].sort(NATURAL.compare);
   const place = new Map(order.map((text, i) => [text, i]));
   const values = Float64Array.from(texts, (text) => place.get(text) ?? NaN);
   return { values, order };
@@ -60,7 +60,7 @@ export function textColumn(texts) {
 /** A column from its entry in the payload. @param {any} entry @returns {Column} */
 export function columnOf(entry) {
   if (entry.kind === "text") {
-    const { values, order } = textColumn(entry.texts);
+    const { values, order } = textColumn(entry.texts, entry.role === "parameter"); // every point has its parameters
     return { ...entry, values, order, low: -0.5, high: Math.max(order.length, 1) - 0.5, log: false };
   }
   const values = unpack(entry.packed);

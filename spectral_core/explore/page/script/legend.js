@@ -32,7 +32,7 @@ function dotsOf(order) {
 
 /** @param {string} text @param {number[]} color */
 function dot(text, color) {
-  const made = wordsOf(shortened(text, LONGEST_TEXT));
+  const made = wordsOf(text === "" ? "(empty)" : shortened(text, LONGEST_TEXT));
   made.className = "item";
   made.title = text;
   made.style.setProperty("--color", css(color));

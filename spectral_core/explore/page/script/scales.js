@@ -9,7 +9,8 @@ const MOST_TICKS = 200;
 
 /** Position of a value on its axis, 0 to 1 with margins. @param {import("./data.js").Column} column @param {number} value */
 export function position(column, value) {
-  const [low, high, at] = column.log ? [Math.log(column.low), Math.log(column.high), Math.log(value)] : [column.low, column.high, value];
+  const half = Number.isFinite(column.high - column.low) ? 1 : 0.5; // no number holds the length of a longer range
+  const [low, high, at] = (column.log ? [column.low, column.high, value].map(Math.log) : [column.low, column.high, value].map((one) => half * one));
   return MARGIN + ((1 - 2 * MARGIN) * (at - low)) / (high - low);
 }
 
@@ -42,6 +43,7 @@ export function ticks(column, wanted) {
     const inside = values.filter((value) => value >= column.low && value <= column.high).sort((a, b) => a - b);
     return inside.map((value) => ({ at: position(column, value), text: plain(value) }));
   }
+  if (!Number.isFinite(column.high - column.low)) return [column.low, 0, column.high].map((at) => ({ at: position(column, at), text: plain(at) }));
   const rough = (column.high - column.low) / Math.max(wanted, 1);
   const power = 10 ** Math.floor(Math.log10(rough));
   const inRange = (/** @type {number} */ k) => Math.floor(column.high / k + 1e-9) - Math.ceil(column.low / k - 1e-9) + 1;

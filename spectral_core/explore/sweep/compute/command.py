@@ -70,7 +70,8 @@ class CommandNode:
         if missing:
             raise InvalidInputError(f"the command never uses {missing[0]!r}; write {{{missing[0]}}} where it belongs")
         node = cls(words, str((folder or Path()).resolve()), float(limit_s))
-        files = {word: content for word in words if (content := _content(Path(node.folder), word))}
+        named = (text for word in words for text in _chosen(word, space))
+        files = {text: content for text in named if (content := _content(Path(node.folder), text))}
         return replace(node, fingerprint=hashlib.sha256(json_text([list(words), files]).encode()).hexdigest())
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
@@ -120,6 +121,14 @@ class CommandNode:
     def describe(self) -> list[str]:
         """Sentences for the plan of a run."""
         return [f"runs {self.words[0]} once per point, without a shell; nothing stays loaded between points"]
+
+
+def _chosen(word: str, space: Space) -> list[str]:
+    """The texts of a word with each value of the parameter that it names, if that chooses among values."""
+    found = _PLACE.findall(word)
+    if len(found) != 1 or found[0] not in space.names:
+        return [word]
+    return [_PLACE.sub(lambda _, value=value: _word(value), word) for value in space[found[0]].choices] or [word]
 
 
 def _content(folder: Path, word: str) -> str:
