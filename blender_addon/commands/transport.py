@@ -34,6 +34,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--estimate", action="store_true", help="print memory and error only, render nothing")
 
 
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    return {"out": "--estimate writes nothing"} if arguments.estimate else {}
+
+
 def run(arguments: argparse.Namespace) -> int:
     """State memory and error, then record."""
     from spectral_core.render import RenderProcess
