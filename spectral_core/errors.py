@@ -75,8 +75,13 @@ class MissingDependencyError(SpectralError):
         return cls(f"{purpose} needs the Python package {package!r}; {how_to_install(package, extra)}")
 
 
-CARRIED = ("render", "catalogue", "volumes")
-"""Extras whose packages Blender's extension contains; a test compares them with the build."""
+CARRIED = frozenset(
+    {
+        "mitsuba", "drjit", "OpenEXR", "scipy", "daqp", "piqp", "threadpoolctl", "colour-science",
+        "pynrrd", "nibabel", "tifffile", "mido", "python-osc",
+    }
+)  # fmt: skip
+"""Packages that Blender's extension contains; a test compares them with the build."""
 
 
 def how_to_install(package: str, extra: str = "") -> str:
@@ -87,7 +92,7 @@ def how_to_install(package: str, extra: str = "") -> str:
     """
     if not _in_extension():
         return "install it with: pip install " + (f"'spectral-scene[{extra}]'" if extra else package)
-    if extra in CARRIED:
+    if package in CARRIED:
         return "it is a part of this extension: install the extension again in Preferences ▸ Get Extensions"
     return f"install it with: {this_python()} -m pip install {package}, and start Blender again"
 

@@ -15,9 +15,12 @@ from typing import Any
 import pytest
 
 from blender_addon.commands import command_names, main
+from spectral_core.cli import command_packages
 from spectral_core.cli.shared.terminal import completed
 
 ROOT = Path(__file__).resolve().parents[1]
+OF_BLENDER = sorted(set(command_names()) - set(command_packages()) - {"demo"})
+"""Commands that open a .blend file."""
 
 
 def without(absent: list[str], *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -132,7 +135,7 @@ def test_design_works_without_blender_and_renderer(tmp_path: Path) -> None:
     ("absent", "arguments", "message"),
     [
         ("bpy", ("demo",), r"spectral-scene\[blender\]"),
-        ("bpy", ("render", "pyproject.toml"), r"spectral-scene\[blender\]"),
+        *(("bpy", (name, "pyproject.toml"), r"spectral-scene\[blender\]") for name in OF_BLENDER),
     ],
 )
 def test_commands_name_missing_packages_with_a_remedy(absent: str, arguments: tuple[str, ...], message: str) -> None:

@@ -131,7 +131,10 @@ def _require_values(arguments: argparse.Namespace) -> None:
     frame, known = getattr(arguments, "frame", None), bpy.types.Scene.bl_rna.properties["frame_current"]
     if frame is not None and not known.hard_min <= frame <= known.hard_max:
         raise InvalidInputError(f"--frame is {frame}; Blender stops at {known.hard_min} and {known.hard_max}")
-    _overrides(arguments.overrides)
+    if overrides := _overrides(arguments.overrides):
+        from spectral_core.render.plan.effects import require_possible
+
+        require_possible(overrides)
 
 
 def _overrides(texts: Sequence[str]) -> dict[str, str]:

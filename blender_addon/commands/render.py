@@ -16,12 +16,12 @@ from typing import Any
 
 from spectral_core.cli.shared.outputs import numbered
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, UnknownNameError
+from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
 from spectral_core.files.kept import written_or_kept
 from spectral_core.files.whole import whole_file
 from spectral_core.files.whole_picture import require_written
 
-from . import _bands, _blend
+from . import _bands, _blend, _passes
 from .plan import translated_scene
 
 FORMATS = {".png": "PNG", ".exr": "OPEN_EXR", ".jpg": "JPEG", ".jpeg": "JPEG", ".tif": "TIFF", ".tiff": "TIFF"}
@@ -94,9 +94,10 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError("spectral bands and passes are files of different layouts; request one of them")
     measured = _bands.options(arguments.bands)  # before the file is opened, which may take minutes
     with _blend.chatter_to_stderr():
+        ticks = _passes.ticks(arguments)
         scene = _blend.open_scene(arguments)
         without = _without_strips(scene)
-        _tick(scene, arguments.passes)
+        _passes.tick(scene, ticks)
         frames = _frames(arguments, scene)
         written = [_render_frame(arguments, measured, scene, frame, out) for frame in frames]
     notes = [*_blend.missing_files(), *without, *(note for entry in written for note in entry.pop("notes"))]
@@ -238,20 +239,6 @@ def _without_strips(scene: Any) -> list[str]:
     if all(each.type == "SOUND" or each.mute for each in strips):
         return []
     return ["Sequencer: the scene itself is rendered, without the strips of its sequencer, which F12 shows instead"]
-
-
-def _tick(scene: Any, names: list[str]) -> None:
-    """Switch passes on in every view layer that is rendered. Raises UnknownNameError for an unknown pass."""
-    from ..translate.passes import OF_CYCLES, OF_LAYER
-
-    ticks = {name: (tick, False) for tick, name in OF_LAYER.items()}
-    ticks |= {name: (tick, True) for tick, more in OF_CYCLES.items() for name in more}
-    for name in names:
-        if name not in ticks:
-            raise UnknownNameError.among("pass", name, list(ticks))
-        tick, of_cycles = ticks[name]
-        for layer in scene.view_layers:
-            setattr(layer.cycles if of_cycles else layer, tick, True)
 
 
 def _choose_format(render: Any, path: Path, *, layers: bool) -> None:

@@ -34,6 +34,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--estimate", action="store_true", help="print memory and error only, render nothing")
 
 
+def unused(arguments: argparse.Namespace) -> dict[str, str]:
+    """Options that this call would ignore, with the reason of each."""
+    return {"out": "--estimate writes nothing"} if arguments.estimate else {}
+
+
 def run(arguments: argparse.Namespace) -> int:
     """State memory and error, then record."""
     from spectral_core.render import RenderProcess
@@ -44,15 +49,15 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core.render.relight.transport import record_transport
     from spectral_core.render.relight.transport_file import write_transport
 
-    from ..translate.view_transform import view_transform_of
-    from ..translate.viewport.look import require_light
-
     out = arguments.out or Path(_blend.scene_file(arguments).with_suffix(".transport.exr").name)
     if out.suffix.lower() != ".exr":
         raise InvalidInputError(f"--out: {out.name} does not end in .exr, which a transport file is")
     start = time.perf_counter()
     with _blend.chatter_to_stderr():
         opened = _blend.open_scene(arguments)
+        from ..translate.view_transform import view_transform_of  # Blender is there only now
+        from ..translate.viewport.look import require_light
+
         scene = translated_scene(arguments)
         view = view_transform_of(opened)
         require_light(scene, opened.spectral.viewport.look)

@@ -121,7 +121,7 @@ def write_document(
     Raises
     ------
     InvalidInputError
-        Another ending.
+        Another ending, or more TOML than is read again.
     FileWriteError
         The disk is full, or the folder is absent or closed to this user.
     """
@@ -131,7 +131,10 @@ def write_document(
 def document_text(
     document: Document, path: Path, *, comment: str = "", what: str = "documents", indent: int | None = 1
 ) -> str:
-    """The text of a document in the format that the ending of ``path`` names. Raises InvalidInputError."""
+    """The text of a document in the format that the ending of ``path`` names.
+
+    Raises InvalidInputError for another ending, and for a text that is too long to be read again.
+    """
     suffix = path.suffix.lower()
     if suffix == ".json":
         return json.dumps(document, indent=indent, allow_nan=False) + "\n"
@@ -140,5 +143,11 @@ def document_text(
         if odd:
             raise InvalidInputError(f"the comment contains the control character {odd!r}; remove it")
         remark = "".join(f"# {line}".rstrip() + "\n" for line in comment.splitlines())
-        return (remark + "\n" if remark else "") + toml_text(document)
+        text = (remark + "\n" if remark else "") + toml_text(document)
+        if len(text) > MOST_TOML_BYTES:
+            raise InvalidInputError(
+                f"{path.name} would have {len(text) / (1 << 20):.1f} MiB, and TOML is read up to "
+                f"{MOST_TOML_BYTES >> 20} MiB; name it .json"
+            )
+        return text
     raise InvalidInputError(f"cannot tell the format of {path.name!r}; name {what} .toml or .json")

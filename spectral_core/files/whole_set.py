@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
 import sys
 import tempfile
@@ -49,13 +50,38 @@ def whole_files(folder: str | Path) -> Iterator[Path]:
 
 
 def _move(made: Path, target: Path) -> None:
+    """Move the files, all of them or none: one that cannot be replaced brings back those that were replaced before."""
     files = sorted(made.iterdir())
     for each in files:
         require_replaceable(target / each.name)
-    for each in files:
-        with contextlib.suppress(FileNotFoundError):  # a new file gets the permissions of the one that it replaces
-            each.chmod((target / each.name).stat().st_mode & 0o777)
-        try:
-            each.replace(target / each.name)
-        except OSError as error:
-            raise FileWriteError(f"{target / each.name} could not be written: {error.strerror or error}") from error
+    place, moved = target, list[str]()
+    try:
+        earlier = Path(tempfile.mkdtemp(dir=made))
+        for each in files:
+            place = target / each.name
+            if os.path.lexists(place):
+                _keep(place, earlier / each.name)
+                with contextlib.suppress(FileNotFoundError):  # of a link that leads nowhere
+                    each.chmod(place.stat().st_mode & 0o777)  # of the file that it replaces
+            each.replace(place)
+            moved.append(each.name)
+    except OSError as error:
+        for name in moved:
+            _bring_back(target / name, earlier / name)
+        raise FileWriteError(f"{place} could not be written: {error.strerror or error}") from error
+
+
+def _keep(place: Path, kept: Path) -> None:
+    """Give a file a second name; copy it where the disk has no such links."""
+    try:
+        os.link(place, kept, follow_symlinks=False)
+    except (OSError, NotImplementedError):
+        shutil.copy2(place, kept, follow_symlinks=False)
+
+
+def _bring_back(place: Path, kept: Path) -> None:
+    with contextlib.suppress(OSError):
+        if os.path.lexists(kept):
+            kept.replace(place)
+        else:
+            place.unlink()

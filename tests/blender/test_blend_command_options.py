@@ -242,7 +242,7 @@ def test_the_folder_of_a_transport_is_made_and_tried_before_it_is_recorded(saved
     monkeypatch.setattr(transport, "record_transport", record)
     monkeypatch.setattr(transport_file, "write_transport", lambda *_: None)
     out = tmp_path / "new" / "folder" / "s.exr"
-    assert call(capfd, "transport", saved, "--out", out, "--estimate")[0] == 0
+    assert call(capfd, "transport", saved, "--out", out, "--estimate")[0] == 1
     assert not (tmp_path / "new").exists()
     assert call(capfd, "transport", saved, "--out", out)[0] == 0
     assert made == [True]

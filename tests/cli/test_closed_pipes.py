@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -41,3 +42,19 @@ def test_every_picture_of_a_volume_is_written(tmp_path: Path) -> None:
     line = first_line([*words, "--light", "D65", "--light", "HP1", "--out", "picture.png"], tmp_path)
     assert b"steps" in line
     assert len(list(tmp_path.glob("picture_*.png"))) == 2
+
+
+def test_an_error_of_unknown_origin_adds_no_line_to_the_output(tmp_path: Path) -> None:
+    """Where the output is unbuffered, an empty line was written to learn whether the output was at fault."""
+    script = (
+        "import errno, sys\nfrom spectral_core.cli import lattice, main\n"
+        "def fail(_given): raise OSError(errno.ENOSPC, 'No space left on device')\n"
+        "lattice.run = fail\nsys.exit(main(['lattice']))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-u", "-c", script], capture_output=True, text=True, cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+    )  # fmt: skip
+
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "spectral-scene lattice: No space left on device\n"

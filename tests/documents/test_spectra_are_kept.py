@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from spectral_core.documents.codecs import decoded_grid, encoded_grid
+from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.files import read_palette, write_palette
 from spectral_core.spectra.catalogue import illuminant, reflectance
@@ -79,3 +81,22 @@ def test_known_spectra_are_named(name: str, tmp_path: Path) -> None:
     text = file.read_text("utf-8")
     assert f"spectrum = {IN_SHORT[name]}" in text
     assert 'spectrum = {catalogue = "foliage"}' in text
+
+
+@pytest.mark.parametrize("step", [0.0005, 1e-5 * 16, 10.0])
+def test_a_grid_of_any_step_is_read_again(step: float) -> None:
+    """A step below 0.001 nm, and one of more than 100,000 steps, was written and then refused."""
+    grid = SpectralGrid.uniform(400.0, 400.0 + step * 120_000 if step < 1 else 700.0, step)
+    assert decoded_grid(encoded_grid(grid)).same_as(grid)
+
+
+def test_a_palette_that_toml_cannot_hold_is_refused_before_it_is_written(tmp_path: Path) -> None:
+    """It was written, over the earlier file, and could not be read again."""
+    grid = SpectralGrid(np.linspace(400.0, 700.0, 230_000))
+    problem = problem_with(Illuminant("fine", grid, np.full(grid.size, 1 / 3)))
+    (tmp_path / "fine.toml").write_text("earlier", "utf-8")
+    with pytest.raises(InvalidInputError, match=r"fine\.toml would have [0-9.]+ MiB.*name it \.json"):
+        write_palette(tmp_path / "fine.toml", problem)
+    assert (tmp_path / "fine.toml").read_text("utf-8") == "earlier"
+    write_palette(tmp_path / "fine.json", problem)
+    assert read_palette(tmp_path / "fine.json").lights[0].spectrum.grid.same_as(grid)

@@ -72,6 +72,32 @@ def test_a_file_that_cannot_be_replaced_keeps_all(folder: Path) -> None:
     assert (folder / "lights.csv").read_text() == (folder / "texture.exr").read_text() == "old"
 
 
+@pytest.mark.parametrize("with_links", [True, False])
+def test_a_file_that_the_system_keeps_brings_back_the_others(folder: Path, monkeypatch, with_links: bool) -> None:
+    """The files before the one that could not be replaced stayed new beside old ones."""
+    (folder / "lights.csv").chmod(0o640)
+    (folder / "report.json").unlink()
+    (folder / "picture.png").symlink_to("nowhere")
+    before, replace = contents_of_files(folder), Path.replace
+
+    def kept(self: Path, target: Path) -> Path:
+        if self.name == "texture.exr":
+            raise PermissionError(1, "Operation not permitted")
+        return replace(self, target)
+
+    if not with_links:
+        monkeypatch.setattr(os, "link", lambda *_given, **_options: (_ for _ in ()).throw(PermissionError(1, "none")))
+    monkeypatch.setattr(Path, "replace", kept)
+    with pytest.raises(FileWriteError, match=r"texture\.exr could not be written: Operation not permitted"):  # noqa: SIM117
+        with whole_files(folder) as unfinished:
+            for name in (*NAMES, "picture.png"):
+                (unfinished / name).write_text("new")
+    assert contents_of_files(folder) == before
+    assert (folder / "picture.png").is_symlink() and not os.path.lexists(folder / "report.json")
+    assert (folder / "lights.csv").stat().st_mode & 0o777 == 0o640
+    assert not list(folder.glob(".spectral*"))
+
+
 def test_an_error_names_the_file_and_not_a_hidden_folder(folder: Path) -> None:
     with pytest.raises(FileWriteError) as caught, whole_files(folder) as unfinished:
         write_text(unfinished / "deeper" / "lights.csv", "new")

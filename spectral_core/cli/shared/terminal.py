@@ -11,6 +11,8 @@ import sys
 import unicodedata
 from collections.abc import Callable
 from pathlib import Path
+from typing import TextIO
+from weakref import WeakSet
 
 CLOSED_PIPE = 141
 """Exit status when the reader of the output closes the pipe, as shells report SIGPIPE."""
@@ -39,6 +41,8 @@ _PLAIN = {
     "’": "'",
 }
 _NAME = "spectral_scene_plain"
+_refused: WeakSet[TextIO] = WeakSet()
+"""Unbuffered streams that have refused a text."""
 
 
 def one_line(text: str) -> str:
@@ -70,17 +74,31 @@ def make_writable() -> None:
         if hasattr(stream, "reconfigure"):  # a test or an embedding program may have replaced it
             with contextlib.suppress(OSError, ValueError):
                 stream.reconfigure(errors=_NAME)
+    if getattr(sys.stdout, "write_through", False) and "write" not in getattr(sys.stdout, "__dict__", {"write"}):
+        _remember_refusals(sys.stdout)
+
+
+def _remember_refusals(stream: TextIO) -> None:
+    """Let an unbuffered stream remember that it refused a text: later it has nothing left that could be refused."""
+    write = stream.write
+
+    def remembering(text: str) -> int:
+        try:
+            return write(text)
+        except OSError:
+            _refused.add(stream)
+            raise
+
+    stream.write = remembering  # type: ignore[method-assign]
 
 
 def takes_output() -> bool:
     """False if standard output refuses what is printed, as on a full disk. Call it after an error of unknown origin."""
     try:
-        if getattr(sys.stdout, "write_through", False):  # PYTHONUNBUFFERED: nothing is left to be written
-            sys.stdout.write("\n")
         sys.stdout.flush()
     except OSError:
         return False
-    return True
+    return sys.stdout not in _refused
 
 
 def close_quietly() -> None:

@@ -12,6 +12,8 @@ import time
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.render.plan import bounds
@@ -22,7 +24,7 @@ from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.levels import KEEP, Effect, chosen, indirect_error
 from spectral_core.render.plan.pilot import PILOT_BOUNCES, Pilot, run_pilot
 from spectral_core.render.plan.spectral_bound import rgb_transport_error
-from spectral_core.scene import Scene, require_scene
+from spectral_core.scene import Camera, Film, Scene, require_scene
 
 __all__ = ["MOST_BOUNCES", "Decision", "EffectPlan", "everything_on", "pilot_pays", "plan_effects", "plan_from_data"]
 
@@ -150,6 +152,20 @@ def pilot_plan(scene: Scene, *, absorbs: bool = False) -> EffectPlan:
         "environment": "on" if scene.world.parts else "none", **dict.fromkeys(_PILOTED, str(PILOT_BOUNCES)),
     }  # fmt: skip
     return EffectPlan(tuple(Decision(name, value, "pilot") for name, value in values.items()), 0.0)
+
+
+def require_possible(overrides: Mapping[str, str]) -> None:
+    """Raise for an override that no scene takes, before the scene is known.
+
+    Raises UnknownNameError for an effect that does not exist, and InvalidInputError for a value that it never has.
+    """
+    nothing = Scene(camera=Camera(world_from_camera=np.eye(4)), film=Film(width=1, height=1))
+    effects = effects_of(Found(nothing, take_inventory(nothing), bounds.seen_points(nothing))) | unmeasured_kinds()
+    for name, value in overrides.items():
+        if name not in effects:
+            raise UnknownNameError.among("effect", name, effects)
+        if len(effects[name].choices) != 1:  # an effect that this scene lacks can be "off" only
+            _checked_choice(effects[name], value)
 
 
 def _checked_choices(scene: Scene, effects: Mapping[str, Effect]) -> dict[str, str]:
