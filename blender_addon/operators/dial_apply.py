@@ -12,12 +12,13 @@ from bpy.types import ID, Context, PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 
+from .. import compat
 from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.differences import world_varies
 from ..editing.dial.dimming import apply_weights, block_of, dark_lamps_lit, require_power, require_writable
 from ..editing.dial.names import name_of
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, reporting, require_kept
 from .dial import dial_in
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        require_kept(context.scene, "light dial")
         dial = dial_in(context)
         if not len(dial.bulbs):
             raise InvalidInputError("the dial has no bulbs yet; press Record")
@@ -137,6 +139,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        require_kept(context.scene, "objects")
         dial = dial_in(context)
         mixing = kept_mix.live_mix(context.scene)
         weights = live.weights_of(dial)
@@ -159,7 +162,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         made.data = made.data.copy()
         made.name = made.data.name = BAKED
         made.lightgroup = ""
-        context.collection.objects.link(made)
+        compat.collection_for_new(context, context.scene).objects.link(made)
         made.data.color = (1.0, 1.0, 1.0)
         made.data.energy = power
         store_spectrum(made.data.spectral, spectrum)

@@ -18,7 +18,7 @@ from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, on_disc, snapp
 from ..editing.dial import live
 from ..editing.dial.picture import look
 from ..editing.waiting import clear_status
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, reporting, require_kept
 from .dial import dial_in
 
 AREAS = {"VIEW_3D", "IMAGE_EDITOR"}
@@ -233,6 +233,7 @@ def _key(context: Context, event: Event) -> bool:
 
 
 def _require_bulbs(context: Context) -> None:
+    require_kept(context.scene, "light dial")
     if not len(dial_in(context).bulbs):
         raise InvalidInputError("the dial has no bulbs yet; press Record")
 
