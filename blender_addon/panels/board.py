@@ -74,7 +74,7 @@ def _draw_bindings(layout: UILayout, context: Context, settings: PropertyGroup) 
     for number, entry in enumerate(settings.bindings):
         box = layout.box()
         row = box.row()
-        row.label(text=_short(entry.name))
+        row.label(text=_short(entry.name), translate=False)
         row.operator("spectral.board_unbind", text="", icon="X", emboss=False).index = number
         if fault := _fault(entry):
             warning = box.column()

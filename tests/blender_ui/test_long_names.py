@@ -21,9 +21,12 @@ class Texts:
 
     def __init__(self) -> None:
         self.found: list[str] = []
+        self.translated: set[str] = set()
 
-    def _text(self, *_arguments: Any, text: str = "", **_options: Any) -> Any:
+    def _text(self, *_arguments: Any, text: str = "", translate: bool = True, **_options: Any) -> Any:
         self.found.append(text)
+        if translate:
+            self.translated.add(text)
         return SimpleNamespace()
 
     label = operator = prop = _text
@@ -186,3 +189,41 @@ def test_the_number_of_a_cell_is_not_cut_off(monkeypatch, room, icon, shown):
 
     monkeypatch.setattr(table, "text_width", lambda text, _context: 7.0 * len(text))
     assert table.fitting("ΔE <0.01", icon, None, room) == shown
+
+
+def test_names_that_blender_has_words_for_are_not_translated(blender):
+    """In a German Blender a material that is named Color was shown as Farbe, beside Color in the material's field."""
+    from blender_addon.panels.board import _draw_bindings
+    from blender_addon.panels.dial import SPECTRAL_UL_dial_bulbs, _draw_dial
+    from blender_addon.panels.palette.details import draw_cell
+    from blender_addon.panels.palette.more import draw_alternatives
+    from blender_addon.panels.palette.table import draw_table
+    from blender_addon.panels.viewport import draw_look
+
+    scene, layout = bpy.context.scene, Texts()
+    palette, dial, board = scene.spectral.palette, scene.spectral.dial, scene.spectral.board
+    palette.live = False
+    for side, names in (("LIGHT", ("Sun", "Point")), ("MATERIAL", ("Color", "Glass"))):
+        for name in names:
+            bpy.ops.spectral.palette_add(side=side, name=name)
+    palette.active_row = palette.active_column = 1
+    palette.materials[1].cells[1].mode = "SAME"
+    window = SimpleNamespace(as_pointer=lambda: 0)
+    context = SimpleNamespace(
+        scene=scene, region=SimpleNamespace(width=292, type="UI"), preferences=None, window=window,
+        view_layer=bpy.context.view_layer, space_data=SimpleNamespace(type="IMAGE_EDITOR"),
+    )  # fmt: skip
+    draw_table(layout, context, palette)
+    draw_cell(layout, context, palette)
+    draw_alternatives(layout, context)
+    draw_look(layout, context, scene.spectral.viewport.look, "look")
+    for name in ("Area", "Spot"):
+        dial.bulbs.add().name = name
+    _draw_dial(layout, context, dial)
+    rows = SimpleNamespace(shares=(0.5, 0.5))
+    SPECTRAL_UL_dial_bulbs.draw_item(rows, context, layout, dial, dial.bulbs[1], 0, dial, "active", 1)
+    board.bindings.add().name = 'bpy.data.lights["Sun"]'
+    _draw_bindings(layout, context, board)
+    shown = {"Sun", "Point", "Color", "Glass", "Area", "Spot"}
+    assert shown <= set(layout.found)
+    assert not shown & layout.translated
