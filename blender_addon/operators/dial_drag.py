@@ -18,7 +18,7 @@ from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, on_disc, snapp
 from ..editing.dial import live
 from ..editing.dial.picture import look
 from ..editing.waiting import clear_status
-from .common import UNDOABLE, reporting, require_kept
+from .common import UNDOABLE, ends_drag, reporting, require_kept
 from .dial import dial_in
 
 AREAS = {"VIEW_3D", "IMAGE_EDITOR"}
@@ -150,9 +150,9 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         elif event.type in ("ESC", "RIGHTMOUSE") and event.value == "PRESS":
             drag.put_back(dial)
             self._drag = None
-        elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
+        elif ends_drag(event):
             self._drag = None
-            if drag.is_click and drag.target.kind == "bulb":
+            if event.type == "LEFTMOUSE" and drag.is_click and drag.target.kind == "bulb":
                 bulb = dial.bulbs[drag.target.index]
                 bulb.is_on = not bulb.is_on
             bpy.ops.ed.undo_push(message="Turn the Light Dial")
