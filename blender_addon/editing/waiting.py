@@ -31,6 +31,12 @@ def clear_status(context: Context) -> None:
         context.workspace.status_text_set(None)
 
 
+def clear_every_status() -> None:
+    """Show Blender's own hints in the status bars of all windows: Blender calls nothing of operators that it frees."""
+    for workspace in bpy.data.workspaces:
+        workspace.status_text_set(None)
+
+
 def is_waiting(scene: Scene, kind: type) -> bool:
     """True while an operator of this kind works for a scene."""
     return any(isinstance(each, kind) and each._scene == scene.session_uid for each in _waiting)
@@ -189,8 +195,7 @@ class Waiting:
         if self._timer is not None:
             bpy.context.window_manager.event_timer_remove(self._timer)
             self._timer = None
-        for workspace in bpy.data.workspaces:
-            workspace.status_text_set(None)
+        clear_every_status()
         self.leave()
 
     def _look(self, context: Context) -> set[str]:

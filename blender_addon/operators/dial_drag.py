@@ -17,7 +17,7 @@ from ..drawing import dial as drawn
 from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, on_disc, snapped
 from ..editing.dial import live
 from ..editing.dial.picture import look
-from ..editing.waiting import clear_status
+from ..editing.waiting import clear_every_status, clear_status
 from .common import UNDOABLE, ends_drag, reporting, require_kept
 from .dial import dial_in
 
@@ -260,5 +260,7 @@ def register() -> None:
 
 def unregister() -> None:
     """Stop handling the mouse, and remove the operators."""
+    if running:
+        clear_every_status()
     running.clear()
     _unregister()

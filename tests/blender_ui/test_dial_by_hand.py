@@ -306,3 +306,15 @@ def test_the_hint_comes_back_after_another_tool_has_shown_its_own(hand, context)
     context.texts.append(None)  # as at the end of a move of an object
     hand.modal(context, event("MOUSEMOVE", "NOTHING", (0.5, 0.0)))
     assert context.texts[-1] == dial_drag.HINT
+
+
+@pytest.mark.parametrize("is_turned", [True, False])
+def test_disabling_the_extension_takes_the_hint_out_of_the_status_bar(scene, monkeypatch, is_turned) -> None:
+    """Blender frees the operator without a call, and the hint stayed until Blender was closed."""
+    cleared: list[bool] = []
+    monkeypatch.setattr(dial_drag, "clear_every_status", lambda: cleared.append(True))
+    monkeypatch.setattr(dial_drag, "_unregister", lambda: None)
+    if is_turned:
+        dial_drag.running.add(7)
+    dial_drag.unregister()
+    assert bool(cleared) is is_turned and not dial_drag.running
