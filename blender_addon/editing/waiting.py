@@ -32,7 +32,10 @@ def clear_status(context: Context) -> None:
 
 
 def clear_every_status() -> None:
-    """Show Blender's own hints in the status bars of all windows: Blender calls nothing of operators that it frees."""
+    """Show Blender's own hints in the status bars of all workspaces: a window may show another one since a text was set.
+
+    An operator that still works in another window sets its text again with its next progress.
+    """
     for workspace in bpy.data.workspaces:
         workspace.status_text_set(None)
 
@@ -183,6 +186,7 @@ class Waiting:
         self._timer = None
         self._forget()
         clear_status(context)
+        clear_every_status()
 
     def _forget(self) -> None:
         if self in _waiting:

@@ -161,7 +161,8 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
     def _end(self, context: Context) -> set[str]:
         running.discard(self._window)
         drawn.hovered["region"] = 0
-        context.workspace.status_text_set(None)
+        clear_status(context)
+        clear_every_status()
         live.redraw_dial()
         # Each drag has made its undo step. Another one would end what Redo brings back, as after an undo of Record.
         return {"CANCELLED"}
@@ -261,6 +262,6 @@ def register() -> None:
 def unregister() -> None:
     """Stop handling the mouse, and remove the operators."""
     if running:
-        clear_every_status()
+        clear_every_status()  # Blender frees the operator, and calls nothing of it
     running.clear()
     _unregister()
