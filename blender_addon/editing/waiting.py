@@ -32,7 +32,7 @@ def clear_status(context: Context) -> None:
 
 
 def clear_every_status() -> None:
-    """Show Blender's own hints in the status bars of all workspaces: a window may show another one since a text was set.
+    """Show Blender's own hints in the status bars of all workspaces: a window may have changed to another one.
 
     An operator that still works in another window sets its text again with its next progress.
     """
