@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Add settings to the sweep, run it in the background, open its page, apply a point, keyframe a path of points."""
 
+import math
+
 import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 from bpy.types import Context, Event
@@ -31,7 +33,10 @@ class SPECTRAL_OT_sweep_add(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         require_kept(context.scene, "sweep")
         entry = editing.add(context.scene, self.target)
-        over = f"over {entry.choices}" if entry.choices else f"from {entry.low:g} to {entry.high:g}"
+        low, high = (
+            f"{math.degrees(each):.4g}°" if entry.is_angle else f"{each:g}" for each in (entry.low, entry.high)
+        )
+        over = f"over {entry.choices}" if entry.choices else f"from {low} to {high}"
         self.report({"INFO"}, f"{entry.label} is swept {over}")
 
 

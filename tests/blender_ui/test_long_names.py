@@ -227,3 +227,28 @@ def test_names_that_blender_has_words_for_are_not_translated(blender):
     shown = {"Sun", "Point", "Color", "Glass", "Area", "Spot"}
     assert shown <= set(layout.found)
     assert not shown & layout.translated
+
+
+def test_faders_of_the_inputs_of_one_node_are_told_apart(blender):
+    """The panel cut the middle out of their data paths, where they differ, and the second number out of an order."""
+    from blender_addon.panels.board import _draw_bindings
+
+    paint = bpy.data.materials.new("Paint")
+    paint.use_nodes = True
+    node = next(each for each in paint.node_tree.nodes if each.type == "BSDF_PRINCIPLED")
+    board, layout = bpy.context.scene.spectral.board, Texts()
+    paths = [
+        f'bpy.data.materials["Paint"].node_tree.nodes["{node.name}"].inputs[{number}].default_value'
+        for number, socket in enumerate(node.inputs) if socket.name in ("Metallic", "Roughness")
+    ]  # fmt: skip
+    for path in (*paths, 'bpy.data.worlds["Gone"].node_tree.nodes["A"].inputs[1].default_value'):
+        board.bindings.add().name = path
+    order = board.orders.add()
+    order.lower, order.upper = paths
+    context = SimpleNamespace(region=SimpleNamespace(width=292, type="UI"), preferences=None)
+    _draw_bindings(layout, context, board)
+    together = " ".join(layout.found)
+    for text in ("Metallic", "Roughness"):
+        assert f"Paint: {node.name}, {text}" in together
+    assert f"Metallic ≤ Paint: {node.name}, Roughness" in together
+    assert "Gone: node_tree" in together.replace("  ", " ")
