@@ -126,6 +126,16 @@ def is_editable(block: Any) -> bool:
     return block.library is None and block.override_library is None
 
 
+def collection_for_new(context: Any, scene: Any) -> Any:
+    """Collection that gets a new object: the active one, or the scene's own one.
+
+    The scene's own one, as for Blender's new objects, if the active one is linked or an override, which takes no
+    object, or if the window shows another scene by now.
+    """
+    has_active = scene == context.scene and is_editable(context.collection)
+    return context.collection if has_active else scene.collection
+
+
 def light_exposure_factor(light: Any) -> float:
     """Factor of a light's exposure in stops; 1 if this Blender's lights have none."""
     return float(2.0 ** getattr(light, "exposure", 0.0))

@@ -20,6 +20,10 @@ LEFT_ROOM = 24.0
 """Unscaled pixels, more than at the other ends, for names at the left."""
 SELECTOR_REACH, BULB_REACH = 8.0, 14.0
 """Unscaled pixels within which the mouse grabs a handle. Smaller for the selector: a bulb below it can be grabbed."""
+EDGE = 8.0
+"""Unscaled pixels beside the disc in an editor that is too narrow for the names."""
+LEAST_UNIT, LARGEST_UNIT = 48.0, 110.0
+"""Unscaled pixels."""
 DISC = 1.25
 """Radius of the dial's disc in the dial's unit; new bulbs are placed at 1."""
 OUTWARD = 0.35
@@ -44,7 +48,7 @@ class Target:
 class DialShape:
     """A dial on screen: middle (x, y) and unit length in pixels, the interface's scale, and where the room ends.
 
-    ``end``: right end of the part of the editor that nothing covers, in pixels.
+    ``begin``, ``end``: left and right end of the part of the editor that nothing covers, in pixels.
     """
 
     x: float
@@ -52,6 +56,7 @@ class DialShape:
     unit: float
     scale: float = 1.0
     end: float = np.inf
+    begin: float = -np.inf
 
     @classmethod
     def in_region(
@@ -59,16 +64,21 @@ class DialShape:
         scale: float = 1.0,
     ) -> DialShape:  # fmt: skip
         """In the lower left corner of a region, past ``left`` pixels that a toolbar covers, and ``bottom`` ones that
-        a header or an asset shelf covers. A sidebar covers ``right`` pixels at the other end.
+        a header or an asset shelf covers. A sidebar covers ``right`` pixels at the other end. Between them the dial is
+        smaller where the names beside it need the room, and without that room in a still narrower part.
         """
-        unit = float(np.clip(0.13 * min(width - left, height - bottom), 48 * scale, 110 * scale))
-        reach = DISC * unit + (MARGIN + LABEL_ROOM) * scale
-        return cls(left + reach + LEFT_ROOM * scale, bottom + reach, unit, scale, width - right)
+        unit, end = 0.13 * min(width - left, height - bottom), width - right
+        beside = (MARGIN + LABEL_ROOM) * scale
+        most = (end - left - 2 * beside - LEFT_ROOM * scale) / (2 * DISC)
+        unit = float(np.clip(min(unit, most), LEAST_UNIT * scale, LARGEST_UNIT * scale))
+        reach, edge = DISC * unit + beside, DISC * unit + EDGE * scale
+        x = max(min(left + reach + LEFT_ROOM * scale, end - edge), left + edge)
+        return cls(x, bottom + reach, unit, scale, end, left)
 
     @property
     def left(self) -> float:
         """Left end of the names beside the dial, in pixels."""
-        return self.x - DISC * self.unit - (MARGIN + LABEL_ROOM + LEFT_ROOM) * self.scale
+        return max(self.begin, self.x - DISC * self.unit - (MARGIN + LABEL_ROOM + LEFT_ROOM) * self.scale)
 
     @property
     def right(self) -> float:

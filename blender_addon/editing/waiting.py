@@ -31,6 +31,15 @@ def clear_status(context: Context) -> None:
         context.workspace.status_text_set(None)
 
 
+def clear_every_status() -> None:
+    """Show Blender's own hints in the status bars of all workspaces: a window may have changed to another one.
+
+    An operator that still works in another window sets its text again with its next progress.
+    """
+    for workspace in bpy.data.workspaces:
+        workspace.status_text_set(None)
+
+
 def is_waiting(scene: Scene, kind: type) -> bool:
     """True while an operator of this kind works for a scene."""
     return any(isinstance(each, kind) and each._scene == scene.session_uid for each in _waiting)
@@ -177,6 +186,7 @@ class Waiting:
         self._timer = None
         self._forget()
         clear_status(context)
+        clear_every_status()
 
     def _forget(self) -> None:
         if self in _waiting:
@@ -189,8 +199,7 @@ class Waiting:
         if self._timer is not None:
             bpy.context.window_manager.event_timer_remove(self._timer)
             self._timer = None
-        for workspace in bpy.data.workspaces:
-            workspace.status_text_set(None)
+        clear_every_status()
         self.leave()
 
     def _look(self, context: Context) -> set[str]:

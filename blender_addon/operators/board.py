@@ -11,12 +11,18 @@ from spectral_core.errors import InvalidInputError
 from ..editing.board import live
 from ..editing.board.paths import number_at
 from ..editing.board.pointed import paths_under_pointer
-from .common import UNDOABLE, chosen_path, reporting, require_index, with_menu_entry
+from .common import UNDOABLE, chosen_path, reporting, require_index, require_kept, with_menu_entry
+
+
+def board_shown(context: Context) -> PropertyGroup:
+    """The mixing board of the scene in the window, to read it."""
+    return context.scene.spectral.board
 
 
 def board_in(context: Context) -> PropertyGroup:
-    """The mixing board of the scene in the window."""
-    return context.scene.spectral.board
+    """The mixing board of the scene in the window, to change it. Raises InvalidInputError if the scene is linked."""
+    require_kept(context.scene, "mixing board")
+    return board_shown(context)
 
 
 def _require_running() -> live.Session:
@@ -29,7 +35,7 @@ def _require_running() -> live.Session:
 def _started(operator: Operator, context: Context) -> tuple[live.Session, str]:
     """The board, just started, and the reasons why devices did not open, which the panel shows too."""
     running, missing = live.start(context.scene)
-    board = board_in(context)
+    board = board_shown(context)
     board.status = "; ".join(filter(None, (*missing, board.status)))  # a binding that is invalid is there already
     for text in missing:
         operator.report({"WARNING"}, text)
@@ -103,6 +109,7 @@ class SPECTRAL_OT_board_learn(bpy.types.Operator):
         number_at(self.target)
         running, reasons = live.session(), ""
         if running is None:
+            board_in(context)  # refuses a linked scene
             running, reasons = _started(self, context)
         if not running.links:
             live.stop()
@@ -148,9 +155,10 @@ class SPECTRAL_OT_board_order(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        board = board_in(context)
         if number_at(self.lower) == number_at(self.upper):
             raise InvalidInputError("a number cannot bound itself; name two")
-        order = board_in(context).orders.add()
+        order = board.orders.add()
         order.lower, order.upper = self.lower, self.upper
 
 
@@ -170,7 +178,7 @@ class SPECTRAL_OT_board_disorder(bpy.types.Operator):
 
 
 def _targets(context: Context, typed: str) -> list[str]:
-    return [entry.name for entry in board_in(context).bindings if typed.lower() in entry.name.lower()]
+    return [entry.name for entry in board_shown(context).bindings if typed.lower() in entry.name.lower()]
 
 
 class SPECTRAL_OT_board_motion(bpy.types.Operator, ExportHelper):
@@ -189,7 +197,7 @@ class SPECTRAL_OT_board_motion(bpy.types.Operator, ExportHelper):
         recorded = live.recording()
         recorded.save(chosen_path(self.filepath))
         rows = [" ".join(f"{value:+.2f}" for value in row) for row in simultaneity(recorded)]
-        board_in(context).simultaneity = "\n".join(rows)
+        board_shown(context).simultaneity = "\n".join(rows)
 
 
 def draw_menu(self: bpy.types.Menu, context: Context) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-from bpy.types import Context, Operator, PropertyGroup, Scene
+from bpy.types import Context, Event, Operator, PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError, SpectralError
 
@@ -18,6 +18,11 @@ from ..translate.spectra.stored import library_of
 Execute = Callable[[Any, Context], set[str] | None]
 """``execute`` of an operator; returns None if it finished."""
 UNDOABLE = {"REGISTER", "UNDO"}
+
+
+def ends_drag(event: Event) -> bool:
+    """True if the left button was released, or if another program has the mouse now: the release may go there."""
+    return event.type == "WINDOW_DEACTIVATE" or (event.type == "LEFTMOUSE" and event.value == "RELEASE")
 
 
 def reporting(execute: Execute) -> Callable[[Any, Context], set[str]]:

@@ -14,7 +14,7 @@ from ..editing.dial import changes, live
 from ..editing.dial.picture import look
 from ..editing.dial.saving import Saving
 from ..editing.waiting import WaitingForFile
-from .common import UNDOABLE, chosen_path, reporting
+from .common import UNDOABLE, chosen_path, reporting, require_kept
 
 
 def dial_in(context: Context) -> PropertyGroup:
@@ -43,6 +43,7 @@ class SPECTRAL_OT_dial_reset(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        require_kept(context.scene, "light dial")
         dial = dial_in(context)
         if not len(dial.bulbs):
             raise InvalidInputError("the dial has no bulbs yet; press Record")

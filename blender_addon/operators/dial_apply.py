@@ -19,7 +19,7 @@ from ..editing.dial.dimming import apply_weights, block_of, dark_lamps_lit, requ
 from ..editing.dial.names import name_of
 from ..translate.lighting.lights import emitting_area
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
-from .common import UNDOABLE, reporting
+from .common import UNDOABLE, reporting, require_kept
 from .dial import dial_in
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        require_kept(context.scene, "light dial")
         dial = dial_in(context)
         if not len(dial.bulbs):
             raise InvalidInputError("the dial has no bulbs yet; press Record")
@@ -139,6 +140,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        require_kept(context.scene, "objects")
         dial = dial_in(context)
         mixing = kept_mix.live_mix(context.scene)
         weights = live.weights_of(dial)
@@ -161,7 +163,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         made.data = made.data.copy()
         made.name = made.data.name = BAKED
         made.lightgroup = ""
-        context.collection.objects.link(made)
+        compat.collection_for_new(context, context.scene).objects.link(made)
         made.data.color = (1.0, 1.0, 1.0)
         made.data.energy = power
         store_spectrum(made.data.spectral, spectrum)

@@ -17,8 +17,8 @@ from ..drawing import dial as drawn
 from ..drawing.dial_shape import CLICK_PIXELS, DialShape, Target, on_disc, snapped
 from ..editing.dial import live
 from ..editing.dial.picture import look
-from ..editing.waiting import clear_status
-from .common import UNDOABLE, reporting
+from ..editing.waiting import clear_every_status, clear_status
+from .common import UNDOABLE, ends_drag, reporting, require_kept
 from .dial import dial_in
 
 AREAS = {"VIEW_3D", "IMAGE_EDITOR"}
@@ -150,9 +150,9 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
         elif event.type in ("ESC", "RIGHTMOUSE") and event.value == "PRESS":
             drag.put_back(dial)
             self._drag = None
-        elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
+        elif ends_drag(event):
             self._drag = None
-            if drag.is_click and drag.target.kind == "bulb":
+            if event.type == "LEFTMOUSE" and drag.is_click and drag.target.kind == "bulb":
                 bulb = dial.bulbs[drag.target.index]
                 bulb.is_on = not bulb.is_on
             bpy.ops.ed.undo_push(message="Turn the Light Dial")
@@ -161,7 +161,8 @@ class SPECTRAL_OT_dial_play(bpy.types.Operator):
     def _end(self, context: Context) -> set[str]:
         running.discard(self._window)
         drawn.hovered["region"] = 0
-        context.workspace.status_text_set(None)
+        clear_status(context)
+        clear_every_status()
         live.redraw_dial()
         # Each drag has made its undo step. Another one would end what Redo brings back, as after an undo of Record.
         return {"CANCELLED"}
@@ -233,6 +234,7 @@ def _key(context: Context, event: Event) -> bool:
 
 
 def _require_bulbs(context: Context) -> None:
+    require_kept(context.scene, "light dial")
     if not len(dial_in(context).bulbs):
         raise InvalidInputError("the dial has no bulbs yet; press Record")
 
@@ -259,5 +261,7 @@ def register() -> None:
 
 def unregister() -> None:
     """Stop handling the mouse, and remove the operators."""
+    if running:
+        clear_every_status()  # Blender frees the operator, and calls nothing of it
     running.clear()
     _unregister()

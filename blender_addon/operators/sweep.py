@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Add settings to the sweep, run it in the background, open its page, apply a point, keyframe a path of points."""
 
+import math
+
 import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 from bpy.types import Context, Event
@@ -11,7 +13,7 @@ from ..editing import sweep as editing
 from ..editing.board.pointed import paths_under_pointer
 from ..editing.sweep_points import keyframe_path, set_point
 from ..editing.sweep_run import estimate
-from .common import UNDOABLE, reporting, require_index, with_menu_entry
+from .common import UNDOABLE, reporting, require_index, require_kept, with_menu_entry
 
 SWEPT_TYPES = frozenset({"FLOAT", "INT", "BOOLEAN", "ENUM"})
 """Types of properties that a sweep varies: numbers, switches, lists."""
@@ -29,8 +31,12 @@ class SPECTRAL_OT_sweep_add(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        require_kept(context.scene, "sweep")
         entry = editing.add(context.scene, self.target)
-        over = f"over {entry.choices}" if entry.choices else f"from {entry.low:g} to {entry.high:g}"
+        low, high = (
+            f"{math.degrees(each):.4g}°" if entry.is_angle else f"{each:g}" for each in (entry.low, entry.high)
+        )
+        over = f"over {entry.choices}" if entry.choices else f"from {low} to {high}"
         self.report({"INFO"}, f"{entry.label} is swept {over}")
 
 
@@ -44,6 +50,7 @@ class SPECTRAL_OT_sweep_remove(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        require_kept(context.scene, "sweep")
         parameters = context.scene.spectral.sweep.parameters
         parameters.remove(require_index("parameter", self.index, len(parameters)))
 

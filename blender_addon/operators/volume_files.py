@@ -22,7 +22,7 @@ from spectral_core.volume.files.registry import known_formats
 
 from ..editing.volume.importing import Import, Imported
 from ..editing.waiting import WaitingForFile
-from .common import UNDOABLE, chosen_path
+from .common import UNDOABLE, chosen_path, require_kept
 from .volume import PRESETS
 
 ENDINGS = tuple(ending for known in known_formats() for ending in known.extensions)
@@ -98,6 +98,7 @@ class SPECTRAL_OT_volume_import(WaitingForFile, bpy.types.Operator, ImportHelper
         return super().invoke(context, event)
 
     def begin(self, context: Context) -> Callable[[], list[Imported]]:
+        require_kept(context.scene, "objects")
         options = {"field": self.field or None, "component": None if self.component < 0 else self.component}
         if self.raw:
             from spectral_core.volume.files import RawLayout

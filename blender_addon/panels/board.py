@@ -10,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 
 from ..editing.board import live
 from ..editing.board.followed import is_unused
-from ..editing.board.paths import block_at, number_at
+from ..editing.board.paths import block_at, number_at, place_in
 from .parts import wrapped
 
 
@@ -36,7 +36,7 @@ class SPECTRAL_PT_board(bpy.types.Panel):
         if settings.status:
             wrapped(layout, context, settings.status, icon="INFO")
         if running is not None and running.board.learning:
-            wrapped(layout, context, f"Move a fader for {running.board.learning}", icon="ARROW_LEFTRIGHT")
+            wrapped(layout, context, f"Move a fader for {shown_name(running.board.learning)}", icon="ARROW_LEFTRIGHT")
         else:
             layout.operator("spectral.board_learn", icon="ARROW_LEFTRIGHT").target = ""
         _draw_bindings(layout, context, settings)
@@ -74,7 +74,7 @@ def _draw_bindings(layout: UILayout, context: Context, settings: PropertyGroup) 
     for number, entry in enumerate(settings.bindings):
         box = layout.box()
         row = box.row()
-        row.label(text=_short(entry.name))
+        wrapped(row.column(), context, shown_name(entry.name), indent=90.0)
         row.operator("spectral.board_unbind", text="", icon="X", emboss=False).index = number
         if fault := _fault(entry):
             warning = box.column()
@@ -89,7 +89,13 @@ def _draw_bindings(layout: UILayout, context: Context, settings: PropertyGroup) 
         row.prop(entry, "high")
     for number, order in enumerate(settings.orders):
         row = layout.row()
-        row.label(text=f"{_short(order.lower)} ≤ {_short(order.upper)}", icon="SORT_ASC")
+        wrapped(
+            row.column(),
+            context,
+            f"{shown_name(order.lower)} ≤ {shown_name(order.upper)}",
+            icon="SORT_ASC",
+            indent=70.0,
+        )
         row.operator("spectral.board_disorder", text="", icon="X", emboss=False).index = number
 
 
@@ -103,8 +109,20 @@ def _fault(entry: PropertyGroup) -> str:
     return f"Its fader moves nothing to see: no scene uses {block.name!r} any more" if is_unused(block) else ""
 
 
-def _short(path: str) -> str:
-    """A number by the name of its data-block and its path: ``Key: energy`` for ``bpy.data.lights["Key"].energy``."""
+def shown_name(path: str) -> str:
+    """A number by the name of its data-block and its path: ``Key: energy`` for ``bpy.data.lights["Key"].energy``.
+
+    An input of a node by the names that the artist sees: ``Paint: Principled BSDF, Roughness``.
+    """
+    try:
+        block, rest = block_at(path)
+        place = place_in(block, rest)
+    except InvalidInputError:
+        place = None
+    if place is not None and isinstance(place.owner, bpy.types.NodeSocket):
+        node = place.owner.node
+        component = "" if place.index is None else f" [{place.index}]"
+        return f"{block.name}: {node.label or node.name}, {place.owner.name}{component}"
     found = re.match(r'bpy\.data\.\w+\["(.*?)"(?:, "[^"]*")?\]\.?(.*)', path)
     return f"{found[1]}: {found[2]}" if found else path.removeprefix("bpy.data.")
 

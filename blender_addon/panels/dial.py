@@ -45,7 +45,7 @@ class SPECTRAL_UL_dial_bulbs(bpy.types.UIList):
         swatch = row.row()
         swatch.ui_units_x = 0.8
         swatch.prop(item, "color", text="")
-        row.label(text=name_of(item))
+        row.label(text=name_of(item), translate=False)
         share = row.row()
         share.alignment = "RIGHT"
         share.active = item.is_on
@@ -108,7 +108,7 @@ def _draw_dial(layout: UILayout, context: Context, dial: PropertyGroup) -> None:
     plain = layout.column()
     plain.use_property_split = True
     plain.use_property_decorate = False
-    plain.label(text=name_of(bulb), icon="OUTLINER_OB_LIGHT" if bulb.is_on else "LIGHT")
+    plain.label(text=name_of(bulb), icon="OUTLINER_OB_LIGHT" if bulb.is_on else "LIGHT", translate=False)
     plain.prop(bulb, "place")
     lamp = plain.row()
     lamp.enabled = dial.keeps_spectra

@@ -40,7 +40,8 @@ def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", i
     tabs = TAB_PIXELS if context.region and getattr(context.region, "type", "") == "UI" else 0.0
     room = width_of(context) - tabs - indent - (0.0 if icon == "NONE" else ICON_PIXELS)
     for number, line in enumerate(lines_in(text, max(room, LEAST_LINE), context)):
-        column.label(text=line, icon=icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE"))
+        shown = icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE")
+        column.label(text=line, icon=shown, translate=False)  # a line may be one word that Blender translates
 
 
 def names_in(names: Sequence[str], room: float, context: Context) -> list[str]:
@@ -94,7 +95,7 @@ def draw_curve(layout: UILayout, context: Context, spectral: PropertyGroup) -> N
     row = layout.row()
     row.template_icon(curve_icon(spectral, 256), scale=min(8.0, max(4.0, width_of(context) / 45)))
     facts = row.column()
-    facts.label(text=spectral.spectrum_name or "Spectrum")
+    facts.label(text=spectral.spectrum_name or "Spectrum", translate=False)
     origin = facts.column(align=True)
     origin.active = False
     origin.scale_y = 0.8

@@ -62,7 +62,8 @@ def _draw_material(column: UILayout, context: Context, recipe: PropertyGroup) ->
         row = column.row()
         row.active = False
         known = palette.active_row < len(palette.materials)
-        row.label(text=palette.materials[palette.active_row].name if known else "The palette is empty", icon="MATERIAL")
+        name = palette.materials[palette.active_row].name if known else "The palette is empty"
+        row.label(text=name, icon="MATERIAL", translate=False)
     if recipe.kind == "PAINTS":
         column.prop(recipe, "grams")
     if recipe.kind == "INKS":
@@ -82,7 +83,7 @@ def _draw_outcome(layout: UILayout, context: Context, recipe: PropertyGroup) -> 
         if amount.strip():
             row = box.row()
             row.scale_y = 0.8
-            row.label(text=name.strip())
+            row.label(text=name.strip(), translate=False)
             number = row.row()
             number.alignment = "RIGHT"
             number.label(text=amount.strip())

@@ -70,7 +70,7 @@ def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str
     room = (width_of(context) - PANEL_PIXELS) / 2 - BUTTON_PIXELS
     for light, name in zip(lights, names_in(lights, room, context), strict=True):
         is_on = look.kind == "COLUMN" and look.column == light
-        button = grid.operator("spectral.look_under", text=name, depress=is_on)
+        button = grid.operator("spectral.look_under", text=name, depress=is_on, translate=False)
         button.kind, button.name, button.side = "COLUMN", light, side
     column.prop(look, "kind", text="")
     if look.kind == "LAMP":

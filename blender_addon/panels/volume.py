@@ -118,7 +118,7 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
         layout.enabled = is_editable(data)
         layout.active = settings.enabled
         if settings.facts:
-            layout.label(text=settings.facts, icon="VOLUME_DATA")
+            layout.label(text=settings.facts, icon="VOLUME_DATA", translate=False)
         row = layout.row(align=True)
         row.operator_menu_enum("spectral.transfer_preset", "preset", text="Preset")
         row.operator("spectral.transfer_import", text="", icon="IMPORT")

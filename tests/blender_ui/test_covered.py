@@ -104,3 +104,19 @@ def test_the_tooltip_is_above_the_dial_in_a_narrow_editor() -> None:
     left, low, width, _ = dial._tooltip_plate(shape, ["a"] * 3, [], (0.0, 0.0, 300.0, 440.0))
     assert low >= shape.y + dial.DISC * shape.unit
     assert left + width <= 300
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
+@pytest.mark.parametrize("room", [140.0, 200.0, 260.0, 330.0, 500.0])
+def test_the_dial_is_beside_the_sidebar_of_a_narrow_view(room: float, scale: float) -> None:
+    """Half of the dial was below the sidebar, where no mouse reached it."""
+    tools, sidebar = 58.0 * scale, 292.0 * scale
+    shape = DialShape.in_region(tools + room * scale + sidebar, 900.0, left=tools, right=sidebar, scale=scale)
+    assert shape.x - dial.DISC * shape.unit >= tools
+    assert shape.x + dial.DISC * shape.unit <= tools + room * scale
+    assert shape.left >= tools and shape.end == tools + room * scale
+
+
+def test_a_sidebar_with_room_for_the_dial_does_not_change_it() -> None:
+    bare, beside = (DialShape.in_region(1200.0, 700.0, left=60.0, right=right) for right in (0.0, 292.0))
+    assert (bare.x, bare.y, bare.unit) == (beside.x, beside.y, beside.unit)

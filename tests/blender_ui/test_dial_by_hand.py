@@ -110,6 +110,20 @@ def test_a_bulb_is_switched_by_a_click_and_moved_by_a_drag(hand, scene, context)
     assert tuple(dial.selector) == before and all(bulb.is_on for bulb in dial.bulbs)
 
 
+def test_a_drag_ends_where_another_program_gets_the_mouse(hand, scene, context) -> None:
+    """The button is released there: back in Blender, the selector followed a mouse without a pressed button."""
+    dial = scene.spectral.dial
+    for start in ((0.0, 0.0), PLACES[1]):
+        hand.modal(context, event("LEFTMOUSE", place=start))
+        hand.modal(context, event("MOUSEMOVE", place=(0.3, 0.4)))
+        hand.modal(context, event("WINDOW_DEACTIVATE"))
+        hand.modal(context, event("MOUSEMOVE", place=(-0.5, 0.1)))
+    assert tuple(dial.selector) == tuple(dial.bulbs[1].place) == pytest.approx((0.3, 0.4))
+    hand.modal(context, event("LEFTMOUSE", place=PLACES[2]))
+    hand.modal(context, event("WINDOW_DEACTIVATE"))
+    assert all(bulb.is_on for bulb in dial.bulbs)  # it is no click
+
+
 def test_no_drag_and_no_key_takes_a_handle_off_the_disc(hand, scene, context) -> None:
     """A drag out of the view left the selector, or a bulb, where no mouse reached it."""
     dial, edge = scene.spectral.dial, (1.25 * 0.6, -1.25 * 0.8)
@@ -189,6 +203,10 @@ def test_the_divider_is_gripped_moved_limited_and_put_back(scene, context) -> No
     drag.modal(context, at("MOUSEMOVE", 60))
     assert drag.modal(context, at("ESC", 60)) == {"CANCELLED"}
     assert settings.divider == pytest.approx(0.75)
+    drag.invoke(context, at("LEFTMOUSE", 450))
+    drag.modal(context, at("MOUSEMOVE", 300))
+    assert drag.modal(context, at("WINDOW_DEACTIVATE", 60)) == {"FINISHED"}  # the button is released elsewhere
+    assert settings.divider == pytest.approx(0.5)
 
 
 def test_the_divider_stays_beside_the_bars_where_the_mouse_reaches_it(scene, context) -> None:
@@ -288,3 +306,15 @@ def test_the_hint_comes_back_after_another_tool_has_shown_its_own(hand, context)
     context.texts.append(None)  # as at the end of a move of an object
     hand.modal(context, event("MOUSEMOVE", "NOTHING", (0.5, 0.0)))
     assert context.texts[-1] == dial_drag.HINT
+
+
+@pytest.mark.parametrize("is_turned", [True, False])
+def test_disabling_the_extension_takes_the_hint_out_of_the_status_bar(scene, monkeypatch, is_turned) -> None:
+    """Blender frees the operator without a call, and the hint stayed until Blender was closed."""
+    cleared: list[bool] = []
+    monkeypatch.setattr(dial_drag, "clear_every_status", lambda: cleared.append(True))
+    monkeypatch.setattr(dial_drag, "_unregister", lambda: None)
+    if is_turned:
+        dial_drag.running.add(7)
+    dial_drag.unregister()
+    assert bool(cleared) is is_turned and not dial_drag.running

@@ -21,9 +21,12 @@ class Texts:
 
     def __init__(self) -> None:
         self.found: list[str] = []
+        self.translated: set[str] = set()
 
-    def _text(self, *_arguments: Any, text: str = "", **_options: Any) -> Any:
+    def _text(self, *_arguments: Any, text: str = "", translate: bool = True, **_options: Any) -> Any:
         self.found.append(text)
+        if translate:
+            self.translated.add(text)
         return SimpleNamespace()
 
     label = operator = prop = _text
@@ -186,3 +189,66 @@ def test_the_number_of_a_cell_is_not_cut_off(monkeypatch, room, icon, shown):
 
     monkeypatch.setattr(table, "text_width", lambda text, _context: 7.0 * len(text))
     assert table.fitting("ΔE <0.01", icon, None, room) == shown
+
+
+def test_names_that_blender_has_words_for_are_not_translated(blender):
+    """In a German Blender a material that is named Color was shown as Farbe, beside Color in the material's field."""
+    from blender_addon.panels.board import _draw_bindings
+    from blender_addon.panels.dial import SPECTRAL_UL_dial_bulbs, _draw_dial
+    from blender_addon.panels.palette.details import draw_cell
+    from blender_addon.panels.palette.more import draw_alternatives
+    from blender_addon.panels.palette.table import draw_table
+    from blender_addon.panels.viewport import draw_look
+
+    scene, layout = bpy.context.scene, Texts()
+    palette, dial, board = scene.spectral.palette, scene.spectral.dial, scene.spectral.board
+    palette.live = False
+    for side, names in (("LIGHT", ("Sun", "Point")), ("MATERIAL", ("Color", "Glass"))):
+        for name in names:
+            bpy.ops.spectral.palette_add(side=side, name=name)
+    palette.active_row = palette.active_column = 1
+    palette.materials[1].cells[1].mode = "SAME"
+    window = SimpleNamespace(as_pointer=lambda: 0)
+    context = SimpleNamespace(
+        scene=scene, region=SimpleNamespace(width=292, type="UI"), preferences=None, window=window,
+        view_layer=bpy.context.view_layer, space_data=SimpleNamespace(type="IMAGE_EDITOR"),
+    )  # fmt: skip
+    draw_table(layout, context, palette)
+    draw_cell(layout, context, palette)
+    draw_alternatives(layout, context)
+    draw_look(layout, context, scene.spectral.viewport.look, "look")
+    for name in ("Area", "Spot"):
+        dial.bulbs.add().name = name
+    _draw_dial(layout, context, dial)
+    rows = SimpleNamespace(shares=(0.5, 0.5))
+    SPECTRAL_UL_dial_bulbs.draw_item(rows, context, layout, dial, dial.bulbs[1], 0, dial, "active", 1)
+    board.bindings.add().name = 'bpy.data.lights["Sun"]'
+    _draw_bindings(layout, context, board)
+    shown = {"Sun", "Point", "Color", "Glass", "Area", "Spot"}
+    assert shown <= set(layout.found)
+    assert not shown & layout.translated
+
+
+def test_faders_of_the_inputs_of_one_node_are_told_apart(blender):
+    """The panel cut the middle out of their data paths, where they differ, and the second number out of an order."""
+    from blender_addon.panels.board import _draw_bindings
+
+    paint = bpy.data.materials.new("Paint")
+    paint.use_nodes = True
+    node = next(each for each in paint.node_tree.nodes if each.type == "BSDF_PRINCIPLED")
+    board, layout = bpy.context.scene.spectral.board, Texts()
+    paths = [
+        f'bpy.data.materials["Paint"].node_tree.nodes["{node.name}"].inputs[{number}].default_value'
+        for number, socket in enumerate(node.inputs) if socket.name in ("Metallic", "Roughness")
+    ]  # fmt: skip
+    for path in (*paths, 'bpy.data.worlds["Gone"].node_tree.nodes["A"].inputs[1].default_value'):
+        board.bindings.add().name = path
+    order = board.orders.add()
+    order.lower, order.upper = paths
+    context = SimpleNamespace(region=SimpleNamespace(width=292, type="UI"), preferences=None)
+    _draw_bindings(layout, context, board)
+    together = " ".join(layout.found)
+    for text in ("Metallic", "Roughness"):
+        assert f"Paint: {node.name}, {text}" in together
+    assert f"Metallic ≤ Paint: {node.name}, Roughness" in together
+    assert "Gone: node_tree" in together.replace("  ", " ")

@@ -23,7 +23,7 @@ class Lines:
     def column(self, **_options: object) -> Lines:
         return self
 
-    def label(self, *, text: str, icon: str) -> None:
+    def label(self, *, text: str, icon: str, **_options: object) -> None:
         assert icon
         self.lines.append(text)
 

@@ -232,6 +232,22 @@ def test_esc_during_the_work(operator, context, can_be_left):
     assert (operator.left, context.window_manager.timers) == (1, 0)
 
 
+def test_the_end_clears_the_status_bar_of_the_workspace_in_which_it_began(operator, context, monkeypatch):
+    """A window that shows another workspace by now came back to "Record … 12 %; Esc stops it", long after the end."""
+    from blender_addon.editing import waiting
+
+    first, words = context.workspace, context.words
+    known = SimpleNamespace(workspaces=[first, SimpleNamespace(status_text_set=lambda _text: None)])
+    monkeypatch.setattr(
+        waiting.bpy, "data", SimpleNamespace(workspaces=known.workspaces, scenes=waiting.bpy.data.scenes)
+    )
+    operator.start(context)
+    assert words[-1] == "Work … Esc stops it"
+    operator.is_ready, context.workspace = True, known.workspaces[1]
+    assert finished(operator, context) == {"FINISHED"}
+    assert words[-1] is None
+
+
 def test_the_end_of_the_extension_ends_what_waits(operator, context, blender, monkeypatch):
     """Blender frees the operators of a class that is removed, and calls none of their functions."""
     from blender_addon.editing import waiting

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, RenderCancelled
 
+from ... import compat
 from ...properties.volume import RANGE_KEY
 from ...translate.volume_looks import transfer as volume_transfer
 
@@ -173,10 +174,9 @@ class Imported:
         if size:
             shown.scale = (size / self.longest,) * 3
             shown.location = scene.cursor.location
+        compat.collection_for_new(context, scene).objects.link(shown)
         if scene != context.scene:  # the window shows another scene by now
-            scene.collection.objects.link(shown)
             return
-        context.collection.objects.link(shown)
         for other in context.selected_objects:
             other.select_set(False)
         shown.select_set(True)

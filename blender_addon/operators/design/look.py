@@ -10,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 from ...drawing.covered import covered
 from ...drawing.split import is_split
 from ...properties.viewport import LOOKS
-from ..common import reporting, require_kept
+from ..common import ends_drag, reporting, require_kept
 
 GRIP_PIXELS = 12.0
 """Largest distance of a press from the divider that starts a drag."""
@@ -110,7 +110,7 @@ class SPECTRAL_OT_look_divide(bpy.types.Operator):
         elif event.type in ("ESC", "RIGHTMOUSE"):
             settings.divider = self.before
             return {"CANCELLED"}
-        elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
+        elif ends_drag(event):
             return {"FINISHED"}
         return {"RUNNING_MODAL"}
 

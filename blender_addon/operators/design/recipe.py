@@ -10,7 +10,7 @@ from spectral_core.errors import InvalidInputError
 
 from ...editing import recipe
 from ...editing.waiting import Waiting
-from ..common import UNDOABLE, reporting
+from ..common import UNDOABLE, reporting, require_kept
 
 
 class SPECTRAL_OT_recipe_find(Waiting, bpy.types.Operator):
@@ -22,6 +22,7 @@ class SPECTRAL_OT_recipe_find(Waiting, bpy.types.Operator):
     can_be_left = True
 
     def begin(self, context: Context) -> Callable[[], recipe.Found]:
+        require_kept(context.scene, "recipe")
         return recipe.search(context.scene)
 
     def end(self, scene: Scene, answer: recipe.Found) -> None:

@@ -13,7 +13,7 @@ from ... import compat
 from ...editing import texture_job
 from ...properties.texture import NODE
 from ...translate.spectra.stored import require_editable, store_spectrum
-from ..common import UNDOABLE, add_or_remove, reporting
+from ..common import UNDOABLE, add_or_remove, reporting, require_kept
 
 
 class SPECTRAL_OT_texture_design(bpy.types.Operator):
@@ -25,6 +25,7 @@ class SPECTRAL_OT_texture_design(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        require_kept(context.scene, "texture")
         texture_job.start(context.scene)
         if bpy.app.background:
             texture_job.wait()
@@ -54,6 +55,7 @@ class SPECTRAL_OT_texture_wanted_color(bpy.types.Operator):
 
     @reporting
     def execute(self, context: Context) -> None:
+        require_kept(context.scene, "texture")
         add_or_remove(context.scene.spectral.texture.wanted_colors, self.index, "wanted color")
 
 

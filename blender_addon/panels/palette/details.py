@@ -115,10 +115,10 @@ def _draw_references(layout: UILayout, context: Context, palette: PropertyGroup,
     flow = split.grid_flow(row_major=True, columns=count, even_columns=True, align=True)
     names.label(text="")
     for name in names_in([light.name for light in palette.lights], (1 - NAMES_SHARE) * room / count, context):
-        flow.label(text=name)
+        flow.label(text=name, translate=False)
     known = names_in([material.name for material in palette.materials], NAMES_SHARE * room, context)
     for row, name in enumerate(known):
-        names.label(text=name)
+        names.label(text=name, translate=False)
         for column in range(count):
             if not may_refer(palette, cell, (row, column)):
                 flow.label(text="")

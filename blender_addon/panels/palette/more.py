@@ -28,7 +28,7 @@ def draw_alternatives(layout: UILayout, context: Context) -> None:
         names = names_in([material.name for material in designed], room, context)
         for material, name in zip(designed, names, strict=True):
             icon = "LOCKED" if material.locked else "UNLOCKED"
-            flow.prop(material, "locked", text=name, icon=icon, toggle=True)
+            flow.prop(material, "locked", text=name, icon=icon, toggle=True, translate=False)
     if not len(palette.alternatives):
         hint = layout.column()
         hint.active = False
@@ -48,7 +48,7 @@ def draw_alternatives(layout: UILayout, context: Context) -> None:
         head.operator("spectral.palette_alternative_take", text="Take", icon="CHECKMARK").index = index
         for name, colors in list(zip(known, json.loads(answer.colors), strict=False))[:MOST_SWATCHES]:
             split = box.split(factor=NAMES_SHARE, align=True)
-            split.label(text=name)
+            split.label(text=name, translate=False)
             line = split.row(align=True)
             for color in colors:
                 line.template_icon(swatch_icon(color), scale=1.3)

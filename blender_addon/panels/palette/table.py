@@ -72,7 +72,7 @@ def _draw_head(flow: UILayout, entry: PropertyGroup, name: str, place: dict[str,
     head.template_icon(icon, scale=icon_scale(room))
     row = head.row(align=True)
     row.active = place in ({"row": palette.active_row}, {"column": palette.active_column})
-    operator = row.operator("spectral.palette_select", text=name, emboss=False)
+    operator = row.operator("spectral.palette_select", text=name, emboss=False, translate=False)
     for side, index in place.items():
         setattr(operator, side, index)
 
