@@ -19,7 +19,7 @@ from ..context import ReadImage, Translation
 from ..ledger import note_changed
 from ..questions import state_of_file
 from .image_files import frame_image, frame_of, tile_image, tiles_of
-from .image_files.alpha import file_bytes, is_from_file, multiplied_bytes, multiplied_floats
+from .image_files.alpha import file_bytes, is_from_file, is_gray_file, multiplied, multiplied_floats
 from .image_files.color_spaces import VIDEO_SPACES, VIDEO_WHITE, as_in_file, scene_linear
 from .tree import Output, is_read, wanted_aovs
 
@@ -44,7 +44,7 @@ def image_of_node(translation: Translation, output: Output, owner: str) -> Image
     """Image of an Image or Environment Texture node with the node's interpolation and extension.
 
     ``output``: its Color or its Alpha (one raw channel); ``owner``: owner of the node. None, with a Note, without a
-    picture.
+    picture; None for an alpha that is 1 beside the picture as well.
     """
     node, channel, image = output.node, output.socket.name, output.node.image
     if image is None:
@@ -54,7 +54,7 @@ def image_of_node(translation: Translation, output: Output, owner: str) -> Image
         texture = _frame(translation, node, channel, alpha_is_read(translation, output))
     else:
         texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(translation, output))
-    if texture is None:
+    if texture is None or (channel == "Alpha" and is_gray_file(image)):
         return None
     extension = EXTENSIONS.get(getattr(node, "extension", "REPEAT"), "repeat")
     interpolation: Literal["linear", "nearest", "cubic"] = INTERPOLATIONS.get(node.interpolation, "linear")
@@ -269,7 +269,7 @@ def _byte_image(
         kind = "raw" if space in NUMBER_SPACES else "linear"
     if kind != "srgb" or space == "sRGB":
         if alpha is not None:
-            colors = multiplied_bytes(colors, alpha)
+            colors = multiplied(image, colors, alpha)
         return ImageTexture(image.name, _with_alpha(colors, alpha, alpha_is_read), color_space=kind)
     # Cycles converts the colors as they are, and keeps those that no display shows
     rgb = np.broadcast_to(colors[..., :3] / np.float32(255), (*colors.shape[:2], 3))
@@ -278,7 +278,7 @@ def _byte_image(
         linear = translation.linear_rgb(linear)
     if alpha is not None:
         alpha = alpha / np.float32(255)
-        linear = linear * alpha
+        linear = multiplied(image, linear, alpha)
     return ImageTexture(image.name, _with_alpha(linear, alpha, alpha_is_read).astype(np.float32), color_space="linear")
 
 

@@ -20,6 +20,11 @@ def is_from_file(image: Any) -> bool:
     return image.packed_file is None and image.source in ("FILE", "SEQUENCE", "TILED")
 
 
+def is_gray_file(image: Any) -> bool:
+    """True if Cycles reads one channel from the image's file, whose alpha is then 1 everywhere, beside it too."""
+    return is_from_file(image) and image.depth == (32 if image.is_float else 8)
+
+
 def multiplied_floats(image: Any, colors: Array, alpha: Array) -> tuple[Array, Array | None]:
     """Float colors (height, width, channels) multiplied by alpha as Cycles stores them.
 
@@ -42,8 +47,12 @@ def file_bytes(translation: Translation, image: Any, colors: Array, alpha: Array
     return _by_rows(colors, alpha, lambda levels, share: (2 * levels * share + 255) // 510)  # the nearest byte
 
 
-def multiplied_bytes(colors: Array, alpha: Array) -> Array:
-    """Bytes multiplied by alpha, and rounded down, as Cycles does."""
+def multiplied(image: Any, colors: Array, alpha: Array) -> Array:
+    """Colors of an image of bytes multiplied by alpha, as Cycles does; bytes are rounded down."""
+    if is_from_file(image) and image.file_format == "WEBP":  # it takes those of the file for multiplied ones
+        return colors
+    if colors.dtype != np.uint8:
+        return colors * alpha
     return _by_rows(colors, alpha, lambda levels, share: levels * share // 255)
 
 

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Alpha of image files as Cycles reads them: WebP counts as multiplied by it, and gray files have 1 beside them too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+
+def shown(build, translate, path, kind, mode, *, packed=False, is_alpha=False):
+    """What a material shows of a file of one color of alpha 0.5 in its middle and beside it."""
+    made = bpy.data.images.new("made", 4, 4, alpha=True)
+    made.pixels.foreach_set(np.tile(np.array([0.8, 0.4, 0.2, 0.5], np.float32), 16))
+    settings = bpy.context.scene.render.image_settings
+    settings.file_format, settings.color_mode, settings.quality = kind, mode, 100
+    bpy.context.scene.view_settings.view_transform = "Standard"
+    made.save_render(str(path))
+    image = bpy.data.images.load(str(path))
+    image.colorspace_settings.name = "sRGB"
+    if packed:
+        image.pack()
+    material = build.material(shader="ShaderNodeEmission")
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image, node.extension = image, "CLIP"
+    material.node_tree.links.new(
+        node.outputs["Alpha" if is_alpha else "Color"], material.node_tree.nodes["shader"].inputs["Color"]
+    )
+    build.plane(material=material)
+    paint = translate().materials[0].surface.color
+    if not hasattr(paint, "program"):
+        return np.broadcast_to(paint.linear_rgb, (2, 3))
+    u, v = np.array([(0.5, 0.5), (1.5, 0.5)]).T
+    return np.broadcast_to(paint.program.evaluate(lambda name, shift: (u, v, 0 * u)), (2, 3))
+
+
+@pytest.mark.parametrize(
+    ("kind", "packed", "red"), [("WEBP", False, 0.604), ("WEBP", True, 0.133), ("PNG", False, 0.133)]
+)
+def test_colors_of_webp_files_are_not_multiplied_by_alpha_again(build, translate, tmp_path, kind, packed, red):
+    """Cycles shows 0.604 of a WebP file, the linear value of 0.8, and multiplies the same pixels if they are packed."""
+    found = shown(build, translate, tmp_path / "picture", kind, "RGBA", packed=packed)
+    assert found[0, 0] == pytest.approx(red, abs=0.01)
+    assert np.all(found[1] == 0)
+
+
+@pytest.mark.parametrize(("mode", "beside"), [("BW", 1.0), ("RGB", 0.0)])
+def test_the_alpha_beside_a_gray_file_is_1(build, translate, tmp_path, mode, beside):
+    found = shown(build, translate, tmp_path / "picture", "PNG", mode, is_alpha=True)
+    assert np.all(found[0] == 1) and np.all(found[1] == beside)
