@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette.assemble.state import initial_state
+from spectral_core.palette.explain import releases
 from spectral_core.palette.presets import design_grid
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.observer import normalized
@@ -101,6 +103,15 @@ def test_a_small_miss_of_an_exact_cell_names_the_cell_that_excludes_it() -> None
     assert "no other cell" not in found[0, 1].text
     after = solve_palette(problem.with_cell((0, 0), Cell.ignore()), explain=False)
     assert after.delta_e_2000[0, 1] == pytest.approx(found[0, 1].delta_e_without, abs=0.01)
+
+
+def test_color_matrices_are_computed_once_for_all_solves_of_a_material(monkeypatch) -> None:
+    """Each of up to 200 solves computed those of all lights again: half of the time of a table with 60 lights."""
+    counted = []
+    monkeypatch.setattr(releases, "initial_state", lambda problem: counted.append(1) or initial_state(problem))
+    (conflict,) = solve_palette(chain(3)).conflicts
+    assert len(conflict.relieved_by) == 3
+    assert len(counted) == 1
 
 
 def random_palette(rng) -> PaletteProblem:

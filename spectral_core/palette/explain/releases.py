@@ -11,13 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.requests import Requests, compiled_requests
 from spectral_core.palette.assemble.side import Assembler
-from spectral_core.palette.assemble.state import initial_state
+from spectral_core.palette.assemble.state import PaletteState, initial_state
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.problem import (
     Cell,
@@ -160,6 +161,11 @@ class _Part:
         """Samples of all designed spectra."""
         return len(self.lines) * self.problem.grid.size
 
+    @cached_property
+    def _start(self) -> PaletteState:
+        """The start of every solve, with the color matrices of all lights; no cell changes them."""
+        return initial_state(self.problem)
+
     def error(self, cell: CellIndex, released: Collection[CellIndex]) -> float:
         """ΔE2000 of a cell after a solve without others; 0 if nothing is asked of it any more."""
         key = frozenset(released)
@@ -171,8 +177,8 @@ class _Part:
     def _solved(self, released: Sequence[CellIndex]) -> Array:
         problem = self.problem.with_cells(dict.fromkeys(released, Cell.ignore()))
         requests = compiled_requests(problem)
-        rounds, state = Rounds(Assembler(problem, requests), SolveTrace(), quick=True), initial_state(problem)
-        state = rounds.round(state)
+        rounds = Rounds(Assembler(problem, requests), SolveTrace(), quick=True)
+        state = rounds.round(self._start)
         for _ in range(PERCEPTUAL_ROUNDS if problem.match == "perceptual" else 0):
             state = rounds.round(state, perceptual=True)
         return state_errors(problem, requests, state).delta_e_2000
