@@ -110,20 +110,6 @@ def test_a_bulb_is_switched_by_a_click_and_moved_by_a_drag(hand, scene, context)
     assert tuple(dial.selector) == before and all(bulb.is_on for bulb in dial.bulbs)
 
 
-def test_a_drag_ends_where_another_program_gets_the_mouse(hand, scene, context) -> None:
-    """The button is released there: back in Blender, the selector followed a mouse without a pressed button."""
-    dial = scene.spectral.dial
-    for start in ((0.0, 0.0), PLACES[1]):
-        hand.modal(context, event("LEFTMOUSE", place=start))
-        hand.modal(context, event("MOUSEMOVE", place=(0.3, 0.4)))
-        hand.modal(context, event("WINDOW_DEACTIVATE"))
-        hand.modal(context, event("MOUSEMOVE", place=(-0.5, 0.1)))
-    assert tuple(dial.selector) == tuple(dial.bulbs[1].place) == pytest.approx((0.3, 0.4))
-    hand.modal(context, event("LEFTMOUSE", place=PLACES[2]))
-    hand.modal(context, event("WINDOW_DEACTIVATE"))
-    assert all(bulb.is_on for bulb in dial.bulbs)  # it is no click
-
-
 def test_no_drag_and_no_key_takes_a_handle_off_the_disc(hand, scene, context) -> None:
     """A drag out of the view left the selector, or a bulb, where no mouse reached it."""
     dial, edge = scene.spectral.dial, (1.25 * 0.6, -1.25 * 0.8)
@@ -263,27 +249,6 @@ def test_a_dragged_bulb_that_a_recording_has_removed_is_released(hand, scene, co
     assert [tuple(each.place) for each in scene.spectral.dial.bulbs] == [pytest.approx(each) for each in PLACES[:2]]
 
 
-def test_a_drag_ends_with_its_editor_and_its_scene(hand, scene, context) -> None:
-    """A script closed the editor, or showed another scene, while the mouse button was down: the region was freed, a
-    traceback appeared, and the dial of the other scene was turned.
-    """
-    dial, (area,) = scene.spectral.dial, context.window.screen.areas
-    settings, other = scene.spectral.viewport, scene.copy()
-    for change in ({"areas": []}, {"scene": other}):
-        settings.divider, drag = 0.25, Divider()
-        drag.invoke(context, at("LEFTMOUSE", 150))
-        hand.modal(context, event("LEFTMOUSE", place=(0.3, 0.4)))
-        context.window.screen.areas = change.get("areas", [area])
-        context.scene, context.area = change.get("scene", scene), None if "areas" in change else area
-        assert drag.modal(context, at("MOUSEMOVE", 300)) == {"FINISHED"}
-        assert hand.modal(context, event("MOUSEMOVE", place=(0.5, 0.1))) == {"RUNNING_MODAL"}
-        assert hand._drag is None
-        assert [each.spectral.viewport.divider for each in (scene, other)] == [0.25, 0.5]
-        assert tuple(dial.selector) == pytest.approx((0.3, 0.4))
-        assert tuple(other.spectral.dial.selector) == (0.0, 0.0)
-        context.window.screen.areas, context.scene, context.area = [area], scene, area
-
-
 def test_a_drag_of_the_divider_is_an_undo_step() -> None:
     """Undo took Split View away with the drag, and Redo brought the divider back in the middle."""
     assert "UNDO" in SPECTRAL_OT_look_divide.bl_options
@@ -306,15 +271,3 @@ def test_the_hint_comes_back_after_another_tool_has_shown_its_own(hand, context)
     context.texts.append(None)  # as at the end of a move of an object
     hand.modal(context, event("MOUSEMOVE", "NOTHING", (0.5, 0.0)))
     assert context.texts[-1] == dial_drag.HINT
-
-
-@pytest.mark.parametrize("is_turned", [True, False])
-def test_disabling_the_extension_takes_the_hint_out_of_the_status_bar(scene, monkeypatch, is_turned) -> None:
-    """Blender frees the operator without a call, and the hint stayed until Blender was closed."""
-    cleared: list[bool] = []
-    monkeypatch.setattr(dial_drag, "clear_every_status", lambda: cleared.append(True))
-    monkeypatch.setattr(dial_drag, "_unregister", lambda: None)
-    if is_turned:
-        dial_drag.running.add(7)
-    dial_drag.unregister()
-    assert bool(cleared) is is_turned and not dial_drag.running
