@@ -107,8 +107,8 @@ class Schema:
         known, where = schema["properties"], place or "the document"
         for name in schema.get("required", ()):
             if name not in value:
-                beside = ", ".join(sorted(value)[:20]) or "nothing"
-                raise FileFormatError(f"{where} has no {name!r}; expected it beside {beside}")
+                beside = f"expected it beside {', '.join(sorted(value)[:20])}" if value else "it is empty"
+                raise FileFormatError(f"{where} has no {name!r}; {beside}")
         for name, item in value.items():
             if name not in known and not schema.get("additionalProperties", True):
                 raise FileFormatError(f"{where} has the unknown entry {name[:60]!r}; known: {', '.join(sorted(known))}")
