@@ -53,6 +53,15 @@ def write_picture(path: str | Path, linear_rgb: ArrayLike) -> None:
         write_bytes(path, png_bytes(_display_bytes(linear_rgb)))
 
 
+def write_exr_with_alpha(path: str | Path, pixels: NDArray[Any]) -> None:
+    """Write linear sRGB times alpha, and alpha (height, width, 4), row 0 on top, as an EXR of 32-bit floats.
+
+    Raises FileWriteError, and MissingDependencyError without OpenEXR.
+    """
+    with _exr(pixels, "RGBA") as file:
+        write_exr(path, file)
+
+
 def _checked(linear_rgb: ArrayLike) -> NDArray[Any]:
     given = np.asarray(linear_rgb)
     if given.dtype.kind != "f" or given.ndim != 3 or given.shape[2] != 3 or not given.size:
@@ -122,9 +131,10 @@ def exr_bytes(linear_rgb: NDArray[Any]) -> bytes:
         return path.read_bytes()
 
 
-def _exr(linear_rgb: NDArray[Any]) -> Any:
+def _exr(pixels: NDArray[Any], names: str = "RGB") -> Any:
+    """An ``OpenEXR.File`` of the first channels of pixels (height, width, channels), by their ``names``."""
     module = openexr()
-    channels = {"RGB": np.ascontiguousarray(linear_rgb[..., :3], dtype=np.float32)}
+    channels = {names: np.ascontiguousarray(pixels[..., : len(names)], dtype=np.float32)}
     return module.File({"compression": module.ZIP_COMPRESSION, "type": module.scanlineimage}, channels)
 
 

@@ -50,6 +50,31 @@ def test_a_border_is_shown_and_saved_at_its_place(stage, picture, tmp_path, crop
         assert saved[rows, ..., :3].mean() == pytest.approx(expected, rel=0.05, abs=1e-6)
 
 
+def test_a_saved_exr_has_the_numbers_of_the_picture(stage, dial, picture, tmp_path):
+    """Read without Blender, which undoes an encoding that it has stated in an attribute of its own."""
+    from spectral_core.files.exr import read_exr
+
+    stage.render.film_transparent = True
+    bpy.data.objects["Plane"].scale = (0.2, 0.2, 1.0)
+    bpy.ops.spectral.dial_record()
+    bpy.ops.spectral.dial_save(filepath=str(tmp_path / "relit.exr"))
+    (part,) = read_exr(tmp_path / "relit.exr")
+    for number, name in enumerate("RGBA"):
+        np.testing.assert_array_equal(part.channels[name].pixels[::-1], picture()[..., number])
+    assert 0.0 < picture()[..., 3].mean() < 1.0
+
+
+@pytest.mark.parametrize("colors", ["RGBA", "RGB"])
+def test_a_saved_png_is_as_transparent_as_that_of_a_render(stage, dial, picture, tmp_path, colors):
+    stage.render.film_transparent, stage.render.image_settings.color_mode = True, colors
+    bpy.data.objects["Plane"].scale = (0.2, 0.2, 1.0)
+    bpy.ops.spectral.dial_record()
+    bpy.ops.spectral.dial_save(filepath=str(tmp_path / "relit.png"))
+    alpha = picture()[..., 3] if colors == "RGBA" else np.ones((12, 16))
+    assert _read(tmp_path / "relit.png")[..., 3] == pytest.approx(alpha, abs=0.5 / 255)
+    assert stage.render.image_settings.color_mode == colors
+
+
 def test_a_border_that_was_changed_after_the_recording_moves_no_picture(stage, picture):
     """The panel reports the change; the picture stays as it was recorded."""
     from blender_addon.editing.dial import live

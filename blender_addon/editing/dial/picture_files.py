@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import FileWriteError, InvalidInputError
 from spectral_core.files.whole import whole_file
 from spectral_core.files.whole_picture import require_whole_picture
+from spectral_core.spectra.pictures import write_exr_with_alpha
 
 from ... import compat
 from .picture import new_picture
@@ -54,6 +55,10 @@ class Output:
 
 def write_pixels(scene: Scene, pixels: NDArray[np.float32], path: Path) -> None:
     """Write linear pixels (height, width, 4), bottom row first. Raises FileWriteError."""
+    if path.suffix.lower() == ".exr":
+        # Image.save of Blender 5 encodes an image that no file holds as sRGB, and only its own attribute tells
+        write_exr_with_alpha(path, pixels[::-1])
+        return
     image = new_picture("spectral picture to save", pixels.shape[1], pixels.shape[0])
     try:
         image.pixels.foreach_set(np.ascontiguousarray(pixels).reshape(-1))
@@ -64,14 +69,17 @@ def write_pixels(scene: Scene, pixels: NDArray[np.float32], path: Path) -> None:
 
 def write_picture(scene: Scene, image: Image, path: Path) -> None:
     """Write an image. Raises FileWriteError."""
+    if path.suffix.lower() == ".exr":
+        pixels = np.empty((image.size[1], image.size[0], 4), np.float32)
+        image.pixels.foreach_get(pixels.reshape(-1))
+        write_pixels(scene, pixels, path)
+        return
+    colors = "RGBA" if scene.render.image_settings.color_mode == "RGBA" else "RGB"
     try:
-        if path.suffix.lower() == ".exr":
-            with whole_file(path, check=require_whole_picture) as unfinished:
-                image.file_format = "OPEN_EXR"
-                image.save(filepath=str(unfinished), save_copy=True)
-            return
-        plain = compat.image_format(scene.render, "PNG", color_mode="RGB")
-        with plain, whole_file(path, check=require_whole_picture) as unfinished:
+        with (
+            compat.image_format(scene.render, "PNG", color_mode=colors),
+            whole_file(path, check=require_whole_picture) as unfinished,
+        ):
             image.save_render(str(unfinished), scene=scene)
     except RuntimeError as error:  # Blender's
         raise FileWriteError(f"{path} could not be written: {error}") from error
