@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from benchmarks.explore.checks.browser import Browser, find_browser
 from spectral_core.errors import InvalidInputError
@@ -45,6 +46,17 @@ def _finished(tmp_path: Path, region: dict, budget: int = 24, parameters: list |
     for row in sweep.store.ledger.rows():
         sweep.store.ledger.commit(row.key, names["far"](**row.parameters), {}, 0.1)  # type: ignore[operator]
     return sweep
+
+
+@pytest.mark.parametrize("rows", [6, 20])
+def test_intervals_of_few_rows_hold_the_true_indices(rows: int) -> None:
+    """The rest was not counted below 32 rows: of 64 first indices of such a sum, 12 were in their 95 % interval."""
+    names = [str(k) for k in range(16)]
+    shares = np.arange(1.0, 17.0) ** 2 / 1496
+    points = qmc.LatinHypercube(16, rng=0).random(rows)
+    found = sobol_indices(points, points @ np.arange(1.0, 17.0), names, base=256)
+    held = [one.first_interval[0] <= shares[int(one.name)] <= one.first_interval[1] for one in found]
+    assert sum(held) >= 15 and (rows > 6 or np.isnan(found[0].explained))
 
 
 def test_a_proposal_lies_in_the_region_and_is_new(tmp_path: Path) -> None:

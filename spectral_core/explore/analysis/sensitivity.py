@@ -22,6 +22,8 @@ from spectral_core.explore.analysis.process import GaussianProcess
 Array = NDArray[np.float64]
 BOOTSTRAPS = 200
 PARTS = 4
+FEWEST_PER_PART = 3
+"""Rows of a part; of fewer rows none is omitted, and nothing is known of how much the process predicts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,7 @@ def sobol_indices(
     shift_first, shift_total = np.zeros(len(names)), np.zeros(len(names))
     order = rng.permutation(len(x))
     missed = np.full(len(x), np.nan)
-    if len(x) >= 8 * PARTS:
+    if len(x) >= FEWEST_PER_PART * PARTS:
         others = []
         for part in range(PARTS):
             held = order[part::PARTS]
@@ -76,7 +78,7 @@ def sobol_indices(
     explained = (
         float(1 - np.nanmean(missed**2) / y.var()) if np.isfinite(missed).any() and y.var() > 0 else float("nan")
     )
-    missing = 0.0 if np.isnan(explained) else min(max(1.0 - explained, 0.0), 1.0)
+    missing = 1.0 if np.isnan(explained) else min(max(1.0 - explained, 0.0), 1.0)
     result = [
         Sensitivity(
             name, float(first[k]), _interval(firsts[:, k], shift_first[k], missing), float(total[k]),

@@ -128,7 +128,7 @@ def _chosen(word: str, space: Space) -> list[str]:
     found = _PLACE.findall(word)
     if len(found) != 1 or found[0] not in space.names:
         return [word]
-    return [_PLACE.sub(lambda _, value=value: _word(value), word) for value in space[found[0]].choices] or [word]
+    return [word.replace(f"{{{found[0]}}}", _word(value)) for value in space[found[0]].choices] or [word]
 
 
 def _content(folder: Path, word: str) -> str:
