@@ -93,9 +93,8 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
         return "", "Paused" if settings.is_paused else "Loading the scene" if is_loading else ""
     kind = " and ".join(dict.fromkeys("Spectral" if frame.is_spectral else "RGB" for frame in frames))
     samples, seconds = min(frame.samples for frame in frames), max(frame.seconds for frame in frames)
-    left = (
-        f" | {clock(left_s, digits=0)} left" if (left_s := time_left(samples, settings.samples, seconds)) >= 1 else ""
-    )
+    left_s = max(frame.left_s for frame in frames)
+    left = f" | {clock(left_s, digits=0)} left" if left_s >= 1 else ""
     memory = max(frame.memory for frame in frames) / 1e6
     denoised = ", denoised" if all(frame.is_denoised for frame in frames) else ""
     state = f"{kind} | Sample {samples}/{settings.samples}{denoised} | {clock(seconds)}{left} | {memory:.0f} MB"
@@ -103,11 +102,6 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
         return state, "Paused"
     is_current = all(picture.is_current for picture in pictures)
     return state, "" if is_current else "Updating: the picture is of before the change"
-
-
-def time_left(samples: int, wanted: int, seconds: float) -> float:
-    """Seconds until a view is complete, 0 if unknown."""
-    return seconds * (wanted - samples) / samples if samples > 0 else 0.0
 
 
 def working_from_rgb() -> Any:

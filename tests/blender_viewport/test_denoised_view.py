@@ -78,8 +78,8 @@ def test_the_panel_says_which_mode_shows_a_chosen_light(stage, mode, kind, is_sp
 
 def test_the_corner_of_a_denoised_view_says_so():
     def state(*denoised: bool) -> str:
-        frames = [Frame("v", 1, Place(0, 1, 1, 1), 1, (0, 0), 8, False, 2.0, 10**8, "", True, 0, (), is_denoised=each)
-                  for each in denoised]  # fmt: skip
+        frames = [Frame("v", 1, Place(0, 1, 1, 1), 1, (0, 0), 8, False, 2.0, 10**8, "", True, 0, (), is_denoised=each,
+                        left_s=2.0) for each in denoised]  # fmt: skip
         pictures = [SimpleNamespace(shown=Shown(None, frame), is_current=True) for frame in frames]
         return words(pictures, SimpleNamespace(is_paused=False, samples=16))[0]
 

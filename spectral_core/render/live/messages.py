@@ -32,7 +32,7 @@ class Frame:
     ``samples``: per pixel of a full picture. ``seconds``: since the request was received. ``memory``: bytes of the
     process. ``how``: how the last change of the scene was made, ``LOADED`` or the edited parts. ``recordings``: of
     launches since the scene was loaded. ``is_denoised``: True if the pixels are denoised; ``denoiser_memory``: bytes of
-    ``memory`` that the filter takes.
+    ``memory`` that the filter takes. ``left_s``: expected time until it is complete, 0 if unknown.
     """
 
     view: str
@@ -50,6 +50,7 @@ class Frame:
     notes: tuple[Note, ...] = ()
     is_denoised: bool = False
     denoiser_memory: int = 0
+    left_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,6 +82,7 @@ class ViewPicture:
         """Samples that every pixel has so far."""
         self.launches = 0
         self._shown = 0.0
+        self._done, self._first = 0, (0.0, 0)
         self.seconds = 0.0
         self.latest: Launched | None = None
         """The latest launch; None before the first one and after one of albedo and normals."""
@@ -124,6 +125,17 @@ class ViewPicture:
         return "high" if self.is_done else "fast"
 
     @property
+    def left_s(self) -> float:
+        """Expected time until all samples are traced, 0 if unknown. The first launch, which may have compiled, tells
+        nothing about the others.
+        """
+        since, before = self._first
+        if self._done == before:
+            return 0.0
+        wanted = self.request.samples * self.columns * self.rows * len(self._order)
+        return (time.perf_counter() - since) * (wanted - self._done) / (self._done - before)
+
+    @property
     def level(self) -> int:
         """Step in pixels of the grid that can be shown: the stride at first, 1 for the full picture; 0 before the
         first.
@@ -150,6 +162,9 @@ class ViewPicture:
         self.seconds += took
         self.latest = Launched((last - first) * self.columns * self.rows, took)
         self.launches += 1
+        self._done += self.latest.samples
+        if self.launches == 1:
+            self._first = time.perf_counter(), self._done
         self._sums[place], self._counts[place] = sums, last
         self._traced.add(place)
         self._next += 1

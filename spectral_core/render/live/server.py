@@ -248,6 +248,7 @@ class Server:
             name, request.generation, place, picture.level, corner, samples, picture.is_complete, spent,
             memory_bytes(), stage.how, stage.plan.is_spectral, stage.launcher.recordings,
             stage.notes if picture.launches == 1 else (), picture.clean is not None, self._denoiser.memory,
+            picture.left_s,
         )))  # fmt: skip
         if picture.why_noisy:
             self._tell(("trouble", Trouble(name, request.generation, picture.why_noisy)))
