@@ -12,7 +12,8 @@ from typing import Any
 
 from benchmarks import ROOT, Options
 from spectral_core.cli.shared.terminal import completed
-from spectral_core.errors import MissingDependencyError, UnknownNameError
+from spectral_core.errors import FileWriteError, MissingDependencyError, UnknownNameError
+from spectral_core.files.whole import make_folder
 
 
 def known() -> dict[str, Path]:
@@ -69,10 +70,10 @@ def main(arguments: list[str] | None = None) -> int:
     if refused := _not_read(given.name, module, options):
         print(refused, file=sys.stderr)
         return 2
-    options.out.mkdir(parents=True, exist_ok=True)
     try:
+        make_folder(options.out)
         figures = module.run(options)
-    except (UnknownNameError, MissingDependencyError) as error:
+    except (UnknownNameError, MissingDependencyError, FileWriteError) as error:
         print(error, file=sys.stderr)
         return 2
     for claim, held in figures.get("holds", {}).items():

@@ -108,6 +108,7 @@ def test_simple_mistakes_give_one_line(
         (["volume", "x.nrrd"], "required: --transfer. See `spectral-scene volume --help`"),
         (["recipe"], "required: lamp|paints|inks|filters, SPECTRA.csv. See `spectral-scene recipe --help`"),
         (["recipe", "inks"], "required: SPECTRA.csv. See"),
+        (["lattice", "--out", "-"], "argument --out: '-' names no file, as commands read and write files only"),
     ],
 )
 def test_words_that_no_command_takes_give_one_line(
@@ -158,11 +159,14 @@ def test_benchmarks_are_listed_and_unknown_ones_refused() -> None:
     assert "no benchmark is named 'x'" in unknown.stderr
 
 
-def test_benchmarks_refuse_unknown_options(capsys):
+def test_benchmarks_refuse_unknown_options(capsys, tmp_path):
     from benchmarks.__main__ import main as benchmarks
 
     assert benchmarks(["palette-spead"]) == 2 and "palette-speed" in capsys.readouterr().err
     assert benchmarks(["palette-speed", "--quik"]) == 2 and "no option --quik" in capsys.readouterr().err
+    assert benchmarks(["reachable", "--out", __file__]) == 2 and "test_commands.py is a file" in capsys.readouterr().err
+    assert benchmarks(["spectral-textures", "--pictures", "absent.png", "b.png", "--out", str(tmp_path)]) == 2
+    assert "there is no file absent.png" in capsys.readouterr().err
 
 
 CLI = [sys.executable, "-P", "-m", "spectral_core.cli"]
@@ -275,16 +279,16 @@ def test_a_stream_that_is_closed_from_the_start_is_no_fault(closed: str, tmp_pat
 @POSIX
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("unbuffered", ["", "1"])
-@pytest.mark.parametrize("command", [["lattice", "--dims", "2", "--points", "8"], ["mix", "cyan:1"]])
+@pytest.mark.parametrize("command", [["lattice", "--dims", "2", "--points", "8"], ["mix", "cyan:1"], []])
 def test_an_output_without_space_gives_one_line(tmp_path: Path, command: list[str], unbuffered: str) -> None:
-    environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered, "PYTHONPATH": str(ROOT)}
+    words = [*CLI, *command] if command else [sys.executable, "-m", "benchmarks"]
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run(
-            [*CLI, *command], stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path, env=environment
-        )
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path, env=environment)
 
     assert done.returncode == 1
-    assert done.stderr == "spectral-scene: the output cannot be written: No space left on device\n"
+    prefix = "spectral-scene: " * bool(command)
+    assert done.stderr == f"{prefix}the output cannot be written: No space left on device\n"
 
 
 def test_json_has_no_nan(capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,6 +21,7 @@ from benchmarks import Options
 from benchmarks.render.checks.texture_large import large_picture, measured
 from benchmarks.render.checks.texture_rendered import rendered_errors
 from spectral_core.errors import UnknownNameError
+from spectral_core.files.guarded import no_file
 from spectral_core.palette.texture.basis import TextureBasis, design_basis
 from spectral_core.palette.texture.fit import Fitter
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
@@ -47,6 +48,9 @@ def photographs(extra: list[str], size: int) -> list[Picture]:
             raise UnknownNameError(
                 f"expected the files of two pictures after --pictures; got {' '.join(names) or 'none'}"
             )
+        for name in names:
+            if not Path(name).is_file():
+                raise UnknownNameError(no_file(name))
         return [Picture(Path(name).stem, read_picture(Path(name))) for name in names]
     import importlib.util
 
@@ -76,7 +80,8 @@ def run(options: Options) -> dict[str, Any]:
     if "--large" in options.extra:
         return _large(options)
     if "--realism" in options.extra:
-        return {"realism": _realism(options, LED_WIDTHS_NM, DAYLIGHT_SHARES)}
+        rows = _realism(options, LED_WIDTHS_NM, DAYLIGHT_SHARES)
+        return {"realism": rows, "holds": _slider_holds(options, rows)}
     pictures = photographs(options.extra, 256 if options.quick else 512)
     few = {"iterations": 12} if options.quick else {}
     started = time.process_time()
@@ -119,6 +124,7 @@ def run(options: Options) -> dict[str, Any]:
         ),
         "2048² in under 1 s on two cores (1.5 s of processor time)": times["processor_seconds_2048"] < 1.5,
         "lights and basis in under 10 s each (processor time)": max(light_seconds, basis_seconds) < 10,
+        **_slider_holds(options, realism),
     }
     return {
         "white_delta_e": max(designed.white_delta_e),
@@ -239,6 +245,20 @@ def _realism(options: Options, widths: Iterable[float], shares: Iterable[float])
             f"{stated.contrast:.1f}), other surfaces off by ΔE2000 {off:.1f}"
         )
     return rows
+
+
+def _slider_holds(options: Options, rows: list[dict[str, float]]) -> dict[str, bool]:
+    """Whether Blender's slider states what designs have; the few iterations of ``--quick`` end before."""
+    if options.quick:
+        return {}
+    stated = [realism_cost(row["daylight_share"], row["led_width_nm"]) for row in rows]
+    pairs = list(zip(rows, stated, strict=True))
+    return {
+        "the slider states contrasts to 2 %": all(abs(a["contrast"] / b.contrast - 1) < 0.02 for a, b in pairs),
+        "the slider states the error of other surfaces to ΔE2000 0.3": all(
+            abs(a["rendering_delta_e"] - b.rendering_delta_e) < 0.3 for a, b in pairs
+        ),
+    }
 
 
 def _large(options: Options) -> dict[str, Any]:

@@ -100,12 +100,7 @@ def main(
     given = list(sys.argv[1:] if arguments is None else arguments)
     # -P: other processes may begin in any folder, and its files are not to be imported
     words = list(program or (sys.executable, "-P", "-m", __name__))
-    try:
-        return terminal.completed(lambda: _run(given, packages, words))
-    except OSError as error:
-        terminal.close_quietly()
-        print(f"spectral-scene: the output cannot be written: {error.strerror}", file=sys.stderr)
-        return 1
+    return terminal.completed(lambda: _run(given, packages, words), "spectral-scene")
 
 
 def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
@@ -125,7 +120,7 @@ def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
         raise
     except OSError as error:
         if error.filename is None and not terminal.takes_output():
-            raise  # `main` names the output
+            raise  # `completed` names the output
         named = f"{error.filename}: " if error.filename is not None else ""
         return _failed(parsed, error, f"{named}{error.strerror or error}")
     except KeyboardInterrupt:

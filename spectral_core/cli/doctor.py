@@ -40,7 +40,7 @@ PACKAGES = [
     ("OpenEXR", "OpenEXR", "spectral EXR files", "render"),
     ("bpy", "bpy", ".blend files outside Blender, the demo", "blender"),
     ("cvxpy", "cvxpy", "comparing palettes with general solvers; no command needs it", "general"),
-    ("colour", "colour-science", "spectra beyond the shipped catalogue", "catalogue"),
+    ("colour", "colour-science", "color rendering of lamp recipes", "catalogue"),
     ("nrrd", "pynrrd", "NRRD volumes", "volumes"),
     ("nibabel", "nibabel", "NIfTI volumes", "volumes"),
     ("tifffile", "tifffile", "TIFF stacks", "volumes"),

@@ -37,6 +37,8 @@ class CommandParser(argparse.ArgumentParser):
             # of a pair one may be empty, as a label of rows; a command's own parser sees its words
             if action.type is None and action.nargs not in (2, argparse.PARSER):
                 raise argparse.ArgumentError(action, "the value is empty; give one, or leave the option out")
+        if arg_string == "-" and action.type is Path:
+            raise argparse.ArgumentError(action, "'-' names no file, as commands read and write files only; use ./-")
         try:
             return super()._get_value(action, _with_home(arg_string))
         except argparse.ArgumentError as error:

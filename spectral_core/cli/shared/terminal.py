@@ -42,7 +42,7 @@ _PLAIN = {
 }
 _NAME = "spectral_scene_plain"
 _refused: WeakSet[TextIO] = WeakSet()
-"""Unbuffered streams that have refused a text."""
+"""Streams that have refused a text."""
 
 
 def one_line(text: str) -> str:
@@ -74,12 +74,13 @@ def make_writable() -> None:
         if hasattr(stream, "reconfigure"):  # a test or an embedding program may have replaced it
             with contextlib.suppress(OSError, ValueError):
                 stream.reconfigure(errors=_NAME)
-    if getattr(sys.stdout, "write_through", False) and "write" not in getattr(sys.stdout, "__dict__", {"write"}):
+    _refused.clear()  # of an earlier program in this process
+    if "write" not in getattr(sys.stdout, "__dict__", {"write"}):
         _remember_refusals(sys.stdout)
 
 
 def _remember_refusals(stream: TextIO) -> None:
-    """Let an unbuffered stream remember that it refused a text: later it has nothing left that could be refused."""
+    """Let a stream remember that it refused a text: it drops a long one, and then has nothing left to refuse."""
     write = stream.write
 
     def remembering(text: str) -> int:
@@ -109,11 +110,11 @@ def close_quietly() -> None:
         os.close(nothing)
 
 
-def completed(program: Callable[[], int | None]) -> int:
+def completed(program: Callable[[], int | None], name: str = "") -> int:
     """Run a program and return its exit status, ``CLOSED_PIPE`` if the reader of its output closes the pipe.
 
-    ``program | head -1`` then ends without a message. Ctrl-C gives one line and ``STOPPED``. Every entry point of this
-    project runs its main function here.
+    ``program | head -1`` then ends without a message. Ctrl-C gives one line and ``STOPPED``, and so does an output on a
+    full disk, with 1; that line begins with ``name``. Every entry point of this project runs its main function here.
     """
     make_writable()
     try:
@@ -129,6 +130,12 @@ def completed(program: Callable[[], int | None]) -> int:
     except KeyboardInterrupt:  # also while modules are imported, before a program can tell its name
         print("stopped", file=sys.stderr)
         return STOPPED
+    except OSError as error:
+        if error.filename is not None or takes_output():
+            raise
+        close_quietly()
+        print(f"{name}: " * bool(name) + f"the output cannot be written: {error.strerror}", file=sys.stderr)
+        return 1
     return status
 
 

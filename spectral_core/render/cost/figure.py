@@ -160,7 +160,7 @@ def _pyplot() -> Any:
     try:
         import matplotlib
     except ImportError as error:
-        raise MissingDependencyError.package("matplotlib", "Drawing a cost curve", "figures") from error
+        raise MissingDependencyError.package("matplotlib", "drawing a cost curve", "figures") from error
     matplotlib.use("Agg")
     from matplotlib import pyplot
 

@@ -27,8 +27,8 @@ def test_realism_is_the_table_and_linear_slopes_between() -> None:
             assert found.contrast == pytest.approx(realism._CONTRAST[i, j])
             assert found.rendering_delta_e == pytest.approx(realism._RENDERING[i, j])
     between = realism.realism_cost(0.05, 15.0)
-    assert between.contrast == pytest.approx((20.0 + 18.96 + 19.89 + 17.39) / 4)
-    assert between.rendering_delta_e == pytest.approx((10.8 + 6.8 + 11.1 + 10.2) / 4)
+    assert between.contrast == pytest.approx((20.0 + 18.98 + 19.89 + 17.39) / 4)
+    assert between.rendering_delta_e == pytest.approx((10.8 + 10.5 + 11.1 + 10.2) / 4)
     # two thirds of the way from 0.7 to 1, where nothing is left
     beyond = realism.realism_cost(0.9, 10.0)
     assert beyond.contrast == pytest.approx(1 + (3.27 - 1) / 3) and beyond.rendering_delta_e == pytest.approx(4.2 / 3)
