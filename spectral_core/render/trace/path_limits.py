@@ -251,6 +251,7 @@ def share_past_linked(tables: Any, most_layers: Any, way: tuple[Any, Any], light
     end = ray.o + ray.d * ray.maxt
     start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(0), active & tables.is_linked(emitter) & (share < 1.0))
     _, passes, _, _ = dr.while_loop(start, lambda _r, _p, _n, active: active, body)
+    # the lamp counts ``share`` times when sampled and the rest where scattered rays arrive: together once
     return 1.0 - (1.0 - share) * passes
 
 
