@@ -35,6 +35,7 @@ from .context import Translation
 from .faces.coincident import coincident, doubled, edges
 from .faces.overlapping import overlapping
 from .faces.volumes import volumes_in_one_place
+from .lighting.linked_shadows import note_linked_shadows_beside_mirrors
 from .lighting.rough_glass import note_lamps_beside_rough_glass
 from .meshes.triangles import OF_CYCLES, OF_UV_MAP, OUTPUTS, uv_layer
 
@@ -72,6 +73,7 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
     _note_flattened(translation, scene)
     _note_holes(translation, scene)
     note_lamps_beside_rough_glass(translation, scene)
+    note_linked_shadows_beside_mirrors(translation, scene)
     _note_clear_catchers(translation, scene, {name for name, each in surfaces.items() if _is_seen_through(each)})
     _note_shadows_of_volumes(translation, scene)
     _note_emission_with_shadow_links(

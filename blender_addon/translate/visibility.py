@@ -206,16 +206,18 @@ class Linking:
 
 
 def _members(collection: Any) -> tuple[set[Any], set[Any]]:
-    """Session numbers of the objects that a linking collection includes, and of those that it excludes."""
-    included: set[Any] = set()
-    excluded: set[Any] = set()
-    for obj, entry in zip(collection.objects, collection.collection_objects, strict=False):
-        side = excluded if entry.light_linking.link_state == "EXCLUDE" else included
-        side.add(obj.original.session_uid)
+    """Session numbers of the objects that a linking collection includes, and of those that it excludes.
+
+    Of an object that is in it several times the last entry counts, as in Blender: objects come after collections.
+    """
+    is_out: dict[Any, bool] = {}
     for child, entry in zip(collection.children, collection.collection_children, strict=False):
-        side = excluded if entry.light_linking.link_state == "EXCLUDE" else included
-        side.update(obj.original.session_uid for obj in child.all_objects)
-    return included, excluded
+        state = entry.light_linking.link_state == "EXCLUDE"
+        is_out.update((obj.original.session_uid, state) for obj in child.all_objects)
+    for obj, entry in zip(collection.objects, collection.collection_objects, strict=False):
+        is_out[obj.original.session_uid] = entry.light_linking.link_state == "EXCLUDE"
+    excluded = {number for number, state in is_out.items() if state}
+    return set(is_out) - excluded, excluded
 
 
 def _outside(linked: dict[str, tuple[set[Any], set[Any]]], obj: Any, shown_by: Any) -> tuple[str, ...]:

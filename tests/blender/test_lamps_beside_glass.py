@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps whose limits Cycles applies to a part of their light, beside rough glass, get a note; others none."""
+"""Lamps whose limits or shadow linking Cycles treats otherwise beside glass or mirrors get a note; others none."""
 
 from __future__ import annotations
 
@@ -41,3 +41,23 @@ def test_limits_of_a_lamp_beside_rough_glass_get_a_note(build, translate, settin
         found = [note for note in translate().notes if "rough glass" in note.message]
         assert [note.subject for note in found] == ([lamp.name] if words else [])
         assert all(words in note.message for note in found)
+
+
+@pytest.mark.parametrize(
+    ("roughness", "radius", "state", "tells"),
+    [
+        (0.0, 0.5, "EXCLUDE", True),
+        (0.3, 0.5, "EXCLUDE", False),
+        (0.0, 0.0, "EXCLUDE", False),
+        (0.0, 0.5, "INCLUDE", False),
+    ],
+)
+def test_shadow_linking_beside_mirrors_gets_a_note(build, translate, roughness, radius, state, tells):
+    ball, lamp = smooth_cube(), build.light("POINT")
+    lamp.data.shadow_soft_size = radius
+    shaded(ball, "ShaderNodeBsdfGlass", Roughness=roughness)
+    lamp.light_linking.blocker_collection = chosen = bpy.data.collections.new("Blockers")
+    chosen.objects.link(ball)
+    chosen.collection_objects[0].light_linking.link_state = state
+    found = [note.subject for note in translate().notes if "shadow linking leaves out" in note.message]
+    assert found == ([lamp.name] if tells else [])

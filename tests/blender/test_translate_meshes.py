@@ -76,6 +76,29 @@ def test_smooth_faces_beside_flat_ones_have_the_normals_of_their_vertices(blende
     np.testing.assert_allclose(corners_of(sharp), corners_in_blender(source, normals=True, uvs=False), atol=1e-6)
 
 
+@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="normals of faces are a vector attribute from Blender 5.0 on")
+def test_normals_that_faces_have_by_an_attribute_bend_smooth_faces_alone(blender):
+    """As in Cycles: a smooth face has the mean of the normals around each vertex, a flat one that of the geometry."""
+    from blender_addon.translate.meshes.triangles import translate_mesh
+
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=1)
+    source = bpy.context.object.data
+    faces = [tuple(face.vertices) for face in source.polygons]
+    true = np.array([face.normal[:] for face in source.polygons], np.float32)
+    is_smooth = np.arange(len(faces)) % 3 > 0
+    source.polygons.foreach_set("use_smooth", is_smooth)
+    chosen = true + np.float32([0.5, 0.2, 0.0])
+    chosen /= np.linalg.norm(chosen, axis=1, keepdims=True)
+    source.attributes.new("custom_normal", "FLOAT_VECTOR", "FACE").data.foreach_set("vector", chosen.ravel())
+    source.update()
+    mesh = translate_mesh("thing", source)
+    around = np.array([chosen[[v in face for face in faces]].mean(0) for v in range(len(source.vertices))])
+    around /= np.linalg.norm(around, axis=1, keepdims=True)
+    expected = [around[v] if is_smooth[k] else true[k] for k, face in enumerate(faces) for v in face]
+    found = mesh.normals[mesh.triangles.ravel()]
+    np.testing.assert_allclose(found / np.linalg.norm(found, axis=1, keepdims=True), expected, atol=1e-5)
+
+
 def test_split_keeps_equal_corners_together(rng):
     from blender_addon.translate.meshes.splits import split_corners
 

@@ -45,6 +45,22 @@ def test_light_and_shadow_linking(build, translate, state):
     assert found[clear].clear_for == ("Point",) and found[blocker].clear_for == ()
 
 
+@pytest.mark.parametrize("states", [("INCLUDE", "EXCLUDE"), ("EXCLUDE", "INCLUDE")])
+def test_the_last_entry_of_an_object_counts_in_light_linking(build, translate, states):
+    """Objects come after collections, whichever was added first."""
+    lamp, twice, once = build.light("POINT"), build.plane("Twice"), build.plane("Once")
+    chosen, group = bpy.data.collections.new("Linked"), bpy.data.collections.new("Group")
+    lamp.light_linking.receiver_collection = chosen
+    chosen.objects.link(twice)
+    chosen.children.link(group)
+    for thing in (twice, once):
+        group.objects.link(thing)
+    chosen.collection_children[0].light_linking.link_state = states[0]
+    chosen.collection_objects[0].light_linking.link_state = states[1]
+    unlit = {item.name for item in translate().instances if item.unlit_by}
+    assert unlit == {"Twice" if states[1] == "EXCLUDE" else "Once"}
+
+
 def test_ray_visibility_of_lamp_object_and_world(build, translate):
     lamp, thing = build.light("POINT"), build.plane()
     lamp.visible_glossy = thing.visible_shadow = thing.visible_camera = False

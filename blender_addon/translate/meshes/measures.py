@@ -114,9 +114,12 @@ def corner_vertices(source: Any) -> Array:
 def normals_of(source: Any) -> Array | None:
     """None if every face is flat, one per vertex if all are smooth, else one per corner."""
     if source.normals_domain == "FACE":
-        return None
+        # Cycles reads the normals of vertices, which Blender makes from an artist's, and for smooth faces alone
+        return _of_smooth_and_flat(source) if source.attributes.get("custom_normal") is not None else None
     if source.normals_domain == "POINT":
-        return _unit(floats(source.vertex_normals, "vector", len(source.vertices), 3))
+        values = _unit(floats(source.vertex_normals, "vector", len(source.vertices), 3))
+        # as many vertices as corners could be confused with corners
+        return np.take(values, corner_vertices(source), axis=0) if len(values) == len(source.loops) else values
     if source.has_custom_normals or has_sharp_edges(source):
         return _unit(floats(source.corner_normals, "vector", len(source.loops), 3))
     return _of_smooth_and_flat(source)
@@ -135,13 +138,14 @@ def has_sharp_edges(source: Any) -> bool:
 def _of_smooth_and_flat(source: Any) -> Array:
     """Normals of corners where some faces are flat and no edge is sharp: smooth faces have those of their vertices.
 
-    So does Cycles; Blender's own corner normals split at the borders of flat faces.
+    So does Cycles; Blender's own corner normals split at the borders of flat faces. The normals of the polygons
+    themselves are those of the geometry, ``polygon_normals`` may be an artist's.
     """
     count = len(source.polygons)
     smooth, sizes = np.empty(count, dtype=bool), np.empty(count, dtype=np.int32)
     source.polygons.foreach_get("use_smooth", smooth)
     source.polygons.foreach_get("loop_total", sizes)
-    of_faces = np.repeat(floats(source.polygon_normals, "vector", count, 3), sizes, axis=0)
+    of_faces = np.repeat(floats(source.polygons, "normal", count, 3), sizes, axis=0)
     of_vertices = np.take(
         floats(source.vertex_normals, "vector", len(source.vertices), 3), corner_vertices(source), axis=0
     )

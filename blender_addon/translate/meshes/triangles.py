@@ -75,8 +75,6 @@ def translate_mesh(
         if values is not None:
             extra[item] = values
     normals = normals_of(source)
-    if normals is not None and source.normals_domain == "POINT":
-        normals = _told_apart(normals, corners)
     if any(name.startswith(SPACE) for name in reads):  # corners of flat triangles differ within a face
         order, shading = triangle_corners.ravel(), smooth_normals(source, normals, corners)
         known, take = partial(_uvs_of_tangents, source, corners, order), partial(_taken, order, corners)

@@ -245,6 +245,10 @@ class Tables:
             return self._mi.Bool(True)
         return (self.look_up(self.clear, shape) & self._bit(emitter)) == 0
 
+    def is_linked(self, emitter: Any) -> Any:
+        """True for a light of light or shadow linking."""
+        return self._bit(emitter) != 0
+
     def _bit(self, emitter: Any) -> Any:
         """Bit of a linked light, 0 for other lights."""
         import drjit as dr

@@ -227,6 +227,34 @@ def shone_through(tables: Any, most_layers: Any, way: tuple[Any, Any, Any], ligh
     return dr.select(layers <= most_layers, clear, 0.0)
 
 
+def share_past_linked(tables: Any, most_layers: Any, way: tuple[Any, Any], light: tuple[Any, ...], active: Any) -> Any:
+    """Weight of a sampled lamp (number, type of the rays that scatter, weight) that shadow linking shows past surfaces.
+
+    ``way``: scene and shadow ray. Rays that scatter toward the lamp end at these surfaces, so that their part of the
+    light is the sampled light's; of a surface that is transparent in part they keep the part that passes it.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    (scene, ray), (emitter, kind, share) = way, light
+    if tables.clear is None:
+        return share
+
+    def body(ray: Any, passes: Any, layers: Any, active: Any) -> Any:
+        si = tables.intersect_seen(scene, ray, kind, active)
+        met, shape = active & si.is_valid(), tables.shape_number(si)
+        ends = met & ~tables.passes(shape, kind) & ~tables.casts_shadow(shape, emitter)
+        passes = dr.select(ends, passes * tables.surface(si).eval_null_transmission(si, ends), passes)
+        ray = dr.select(met, toward_end(si, end, ray.d), ray)
+        return ray, passes, layers + 1, met & (dr.max(passes) > 0.0) & (layers <= most_layers)
+
+    end = ray.o + ray.d * ray.maxt
+    start = (mi.Ray3f(ray), mi.Spectrum(1.0), mi.UInt32(0), active & tables.is_linked(emitter) & (share < 1.0))
+    _, passes, _, _ = dr.while_loop(start, lambda _r, _p, _n, active: active, body)
+    # the lamp counts ``share`` times when sampled and the rest where scattered rays arrive: together once
+    return 1.0 - (1.0 - share) * passes
+
+
 def toward_end(si: Any, end: Any, direction: Any) -> Any:
     """A shadow ray's rest behind a hit, to its ``end``; of length 0 if that is past.
 

@@ -277,6 +277,8 @@ def scene_path_class(variant: str) -> Any:
             ray = dr.select(floats, si.spawn_ray_to(drawn.point), ray)
             ray.time = mi.Float(0.0)  # its length counts from here
             start = si, shape, (path.within > 0) | path.leaves
+            by = drawn.number, kind, share
+            share = path_limits.share_past_linked(self.tables, self.layers, (scene, ray), by, wanted & ~shadowless)
             # in Cycles scattered rays alone meet an even environment, and pass what they do not see
             kind = dr.select(drawn.number == self.lights.even_world, kind, int(Rays.SHADOW))
             light = drawn.number, path.passed, shadow_marks(mi, si.dn_dv), kind
