@@ -177,8 +177,7 @@ def write_documents(scene: Scene) -> Documents:
 
 
 def _write(sweep: PropertyGroup, documents: Documents, parameters: list[Parameter]) -> None:
-    blend, own = documents.blend, bpy.data.filepath and str(Path(bpy.data.filepath).parent)
-    sweep.copied_from = "" if own == str(blend.parent) else own
+    blend = documents.blend
     try:
         bpy.ops.wm.save_as_mainfile(filepath=str(blend), copy=True, check_existing=False)
     except RuntimeError as error:  # Blender's
@@ -186,8 +185,6 @@ def _write(sweep: PropertyGroup, documents: Documents, parameters: list[Paramete
             f"the copy of the file for the sweep could not be written: {str(error).strip().removeprefix('Error: ')}; "
             "choose another folder for the sweep"
         ) from error
-    finally:
-        sweep.copied_from = ""
     compute = {
         "kind": "blend", "blend": blend.name, "scene": sweep.id_data.name,
         "percentage": sweep.percentage, "samples": sweep.samples,

@@ -30,7 +30,6 @@ from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
 
 from ..properties.render import ENGINE
-from ..translate.shading.texture import resolve_in
 from ..translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
 from .background import worker_command, worker_prelude
 from .sweep_settings import follow_palette, setting_at
@@ -241,9 +240,6 @@ class BlendNode:
             raise FileFormatError(f"{Path(self.file).name} cannot be opened: {str(error).strip()}") from error
         if self.scene_name:
             self._show_scene()
-        copied_from = bpy.context.scene.spectral.sweep.copied_from
-        if copied_from:
-            resolve_in(copied_from)
         bpy.context.scene.render.engine = ENGINE
         if self.percentage is not None and not self._sweeps(SIZE_PATH):
             bpy.context.scene.render.resolution_percentage = self.percentage

@@ -81,7 +81,6 @@ class SpectralSweep(bpy.types.PropertyGroup):
         description="Where table and pictures are kept",
     )  # fmt: skip
     swept_as: StringProperty(description="Name of the scene when its sweep was last started")
-    copied_from: StringProperty(description="Only in the copy of a file for a sweep: the folder of that file")
     point: IntProperty(name="Row", default=1, min=1, description="Row of the table, counted from 1")
     status: StringProperty(options={"SKIP_SAVE"})
     is_under_way: BoolProperty(description="Whether a run works for this scene; also in files that are saved meanwhile")

@@ -27,7 +27,6 @@ from tests.blender_sweep.test_sweep_in_blender import KEY, scene  # noqa: E402, 
 def node_of_run(made: Any) -> Any:
     """The node of the run that the panel starts, which opens the copy."""
     documents = write_documents(made)
-    assert not made.spectral.sweep.copied_from
     document = read_sweep(documents.document)
     entries = {name: value for name, value in document.compute.items() if name != "kind"}
     return blend_node(entries, document.space, documents.folder.parent)

@@ -52,13 +52,6 @@ def spectral_texture_nodes() -> Iterator[Any]:
         yield from (node for node in (tree.nodes if tree is not None else ()) if node.bl_idname == NODE)
 
 
-def resolve_in(folder: str) -> None:
-    """Let relative files of the nodes count from a folder: Blender does not change them where it copies the .blend."""
-    for node in spectral_texture_nodes():
-        if node.id_data.library is None and node.filepath.startswith("//"):
-            node.filepath = str(Path(folder, node.filepath[2:]))
-
-
 def file_of(node: Any) -> Path:
     """The path of a node's file."""
     return Path(bpy.path.abspath(node.filepath, library=node.id_data.library))
