@@ -16,7 +16,7 @@ FEATURES = {
     ),
     "editing": (
         "pauses", "garbage", "viewport.session", "spectrum", "texture", "dial.live", "dial.as_rendered",
-        "palette.live", "palette.picture", "dial.changes", "board.live", "sweep", "texture_job", "saved_paths",
+        "palette.live", "palette.picture", "dial.changes", "board.live", "sweep.live", "texture_job", "saved_paths",
     ),
     "operators": (
         "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",

@@ -243,7 +243,7 @@ def _data_paths(count: int) -> dict[str, Any]:
         print("bpy is not installed; data paths of a .blend are not measured")
         return {}
     import blender_addon
-    from blender_addon.editing.sweep_node import setting_at
+    from blender_addon.editing.sweep.node import setting_at
 
     blender_addon.register_once()
     bpy.ops.wm.read_factory_settings(use_empty=True)

@@ -43,6 +43,6 @@ def _blend_node(table: dict[str, Any], space: Space, folder: Path) -> Any:
     from ._blend import require_blender
 
     require_blender()
-    from ..editing.sweep_node import blend_node
+    from ..editing.sweep.node import blend_node
 
     return blend_node(table, space, folder)

@@ -79,7 +79,8 @@ def _relative_paths() -> Iterator[Place]:
 
 
 def _paths_in(group: Any) -> Iterator[Place]:
-    names, inner = _declared(type(group))
+    kind: Any = type(group)
+    names, inner = _declared(kind)
     for name in names:
         if getattr(group, name).startswith("//"):
             yield group, name
@@ -90,7 +91,7 @@ def _paths_in(group: Any) -> Iterator[Place]:
 
 
 @lru_cache(maxsize=64)
-def _declared(kind: type) -> tuple[tuple[str, ...], tuple[tuple[str, bool], ...]]:
+def _declared(kind: Any) -> tuple[tuple[str, ...], tuple[tuple[str, bool], ...]]:
     """Names of the paths of a property group, and those of groups and lists of groups in it that have paths, each with
     True if it is a list.
     """

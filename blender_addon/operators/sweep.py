@@ -9,10 +9,10 @@ from bpy.types import Context, Event
 
 from spectral_core.errors import InvalidInputError
 
-from ..editing import sweep as editing
 from ..editing.board.pointed import paths_under_pointer
-from ..editing.sweep_points import keyframe_path, set_point
-from ..editing.sweep_run import estimate
+from ..editing.sweep import live as editing
+from ..editing.sweep.points import keyframe_path, set_point
+from ..editing.sweep.run import estimate
 from .common import UNDOABLE, reporting, require_index, require_kept, with_menu_entry
 
 SWEPT_TYPES = frozenset({"FLOAT", "INT", "BOOLEAN", "ENUM"})

@@ -4,7 +4,7 @@
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
-from ..editing import sweep as editing
+from ..editing.sweep import live as editing
 from .parts import wrapped
 
 

@@ -160,7 +160,7 @@ def test_numbers_of_all_types_are_found(stage):
 def test_paths_with_single_quotes_are_read_as_those_with_double_ones(stage):
     """Beyond the name of the data-block they led nowhere: no number, and no setting of a sweep."""
     from blender_addon.editing.board.paths import number_at
-    from blender_addon.editing.sweep_settings import setting_at
+    from blender_addon.editing.sweep.settings import setting_at
 
     tree = bpy.data.materials["Glow"].node_tree
     tree.nodes["Emission"].name = 'It\'s "it"'

@@ -107,7 +107,7 @@ def test_an_input_of_geometry_nodes_has_the_name_and_range_of_its_slider(plane: 
 
 
 def test_a_menu_of_geometry_nodes_is_a_choice_and_changes_the_picture(plane: Any, tmp_path: Path) -> None:
-    from blender_addon.editing.sweep_node import BlendNode
+    from blender_addon.editing.sweep.node import BlendNode
     from spectral_core.explore.sweep.parameters import Parameter, Space
 
     path = input_path("Shape")
@@ -121,7 +121,7 @@ def test_a_menu_of_geometry_nodes_is_a_choice_and_changes_the_picture(plane: Any
 
 
 def test_a_custom_property_with_a_list_is_a_choice(plane: Any) -> None:
-    from blender_addon.editing.sweep_points import set_point
+    from blender_addon.editing.sweep.points import set_point
 
     entry = added(f'{PLANE}["of \\"me\\""]')
     assert entry.choices == "few, many"
@@ -132,7 +132,7 @@ def test_a_custom_property_with_a_list_is_a_choice(plane: Any) -> None:
 
 
 def test_an_angle_is_entered_in_degrees_and_stored_in_radians(plane: Any) -> None:
-    from blender_addon.editing.sweep_documents import parameters_of
+    from blender_addon.editing.sweep.documents import parameters_of
 
     entry = added(TURN)
     assert entry.is_angle and not added(f'{PLANE}["height"]').is_angle

@@ -11,9 +11,9 @@ pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spe
 
 import bpy
 
-from blender_addon.editing import sweep as sweeps
-from blender_addon.editing.sweep_documents import parameters_of, require_own_table
-from blender_addon.editing.sweep_points import keyframe_path, set_point
+from blender_addon.editing.sweep import live as sweeps
+from blender_addon.editing.sweep.documents import parameters_of, require_own_table
+from blender_addon.editing.sweep.points import keyframe_path, set_point
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.parameters import Space

@@ -13,8 +13,8 @@ bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip instal
 
 from blender_addon import compat  # noqa: E402
 from blender_addon.editing.board.paths import full_path, in_copy  # noqa: E402
-from blender_addon.editing.sweep_documents import parameters_of, write_documents  # noqa: E402
-from blender_addon.editing.sweep_node import blend_node  # noqa: E402
+from blender_addon.editing.sweep.documents import parameters_of, write_documents  # noqa: E402
+from blender_addon.editing.sweep.node import blend_node  # noqa: E402
 from spectral_core.explore.sweep.document import read_sweep  # noqa: E402
 from spectral_core.palette.texture.file import write_texture  # noqa: E402
 from spectral_core.palette.texture.reach import TEXTURE_GRID  # noqa: E402

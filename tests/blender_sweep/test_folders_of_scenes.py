@@ -13,8 +13,8 @@ pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spe
 
 import bpy
 
-from blender_addon.editing import sweep as sweeps
-from blender_addon.editing import sweep_documents
+from blender_addon.editing.sweep import documents as sweep_documents
+from blender_addon.editing.sweep import live as sweeps
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.store import Store
 from tests.blender_sweep.test_runs_and_files import _table, swept  # noqa: F401 - a fixture
@@ -100,7 +100,7 @@ def test_a_run_that_takes_the_folder_keeps_its_documents(swept: Any, monkeypatch
 
 def test_the_swept_scene_is_rendered_and_not_that_of_the_first_window(scene: Any) -> None:  # noqa: F811
     """A second window may show another scene; a file opens with the scene of its first window."""
-    from blender_addon.editing.sweep_node import blend_node
+    from blender_addon.editing.sweep.node import blend_node
     from spectral_core.explore.sweep.document import read_sweep
     from spectral_core.explore.sweep.parameters import Parameter, Space
 

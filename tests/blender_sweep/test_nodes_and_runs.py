@@ -16,12 +16,13 @@ pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spe
 
 import bpy
 
-from blender_addon.editing import sweep as sweeps
-from blender_addon.editing import sweep_node, sweep_run
 from blender_addon.editing.background import BackgroundCommand
-from blender_addon.editing.sweep_documents import parameters_of
-from blender_addon.editing.sweep_node import BlendNode, blend_node
-from blender_addon.editing.sweep_run import estimate
+from blender_addon.editing.sweep import live as sweeps
+from blender_addon.editing.sweep import node as sweep_node
+from blender_addon.editing.sweep import run as sweep_run
+from blender_addon.editing.sweep.documents import parameters_of
+from blender_addon.editing.sweep.node import BlendNode, blend_node
+from blender_addon.editing.sweep.run import estimate
 from spectral_core.errors import InvalidInputError, RenderError
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.outcome import Outcome
@@ -141,7 +142,7 @@ def test_the_panel_shows_how_far_a_run_is_and_how_it_ended(
 
 
 def test_a_run_tells_that_its_folder_is_temporary(scene: Any, monkeypatch: Any) -> None:  # noqa: F811
-    from blender_addon.editing import sweep_documents
+    from blender_addon.editing.sweep import documents as sweep_documents
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     opened = bpy.context.scene

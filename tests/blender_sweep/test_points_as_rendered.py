@@ -14,7 +14,7 @@ pytest.importorskip("OpenEXR")
 
 import bpy
 
-from blender_addon.editing.sweep_node import blend_node
+from blender_addon.editing.sweep.node import blend_node
 from spectral_core.errors import RenderError
 from spectral_core.explore.features.picture_files import read_linear
 from spectral_core.explore.sweep.parameters import Parameter, Space

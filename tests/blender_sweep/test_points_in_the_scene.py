@@ -41,7 +41,7 @@ def rows_of(label: str, *values: float) -> list[Row]:
 
 def test_a_point_of_a_palette_gives_the_scene_its_spectra(swept: Any) -> None:
     """The spectra are those of a solve and an application by hand."""
-    from blender_addon.editing.sweep_points import set_point
+    from blender_addon.editing.sweep.points import set_point
 
     label = swept.spectral.sweep.parameters[0].label
     by_points = []
@@ -58,7 +58,7 @@ def test_a_point_of_a_palette_gives_the_scene_its_spectra(swept: Any) -> None:
 
 
 def test_an_unsolvable_palette_is_reported(swept: Any) -> None:
-    from blender_addon.editing.sweep_points import set_point
+    from blender_addon.editing.sweep.points import set_point
 
     label = swept.spectral.sweep.parameters[0].label
     for row in swept.spectral.palette.materials:
@@ -71,7 +71,7 @@ def test_an_unsolvable_palette_is_reported(swept: Any) -> None:
 
 def test_a_palette_cannot_be_keyframed(swept: Any) -> None:
     """Nothing solves it for each frame, so that every frame would show the same spectra."""
-    from blender_addon.editing.sweep_points import keyframe_path
+    from blender_addon.editing.sweep.points import keyframe_path
 
     bpy.ops.spectral.sweep_add(target=KEY)
     labels = [entry.label for entry in swept.spectral.sweep.parameters]
@@ -83,7 +83,7 @@ def test_a_palette_cannot_be_keyframed(swept: Any) -> None:
 
 def test_a_path_leaves_the_scene_at_its_first_point(scene: Any) -> None:  # noqa: F811
     """The present frame is that of the first point, so the controls show it."""
-    from blender_addon.editing.sweep_points import keyframe_path
+    from blender_addon.editing.sweep.points import keyframe_path
 
     bpy.ops.spectral.sweep_add(target=KEY)
     scene.frame_set(7)

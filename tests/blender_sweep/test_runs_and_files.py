@@ -15,8 +15,8 @@ pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spe
 
 import bpy
 
-from blender_addon.editing import sweep as sweeps
-from blender_addon.editing import sweep_documents
+from blender_addon.editing.sweep import documents as sweep_documents
+from blender_addon.editing.sweep import live as sweeps
 from spectral_core.errors import FileWriteError, InvalidInputError
 from tests.blender_sweep.test_sweep_in_blender import KEY, scene  # noqa: F401 - a fixture
 
@@ -154,7 +154,7 @@ def test_the_progress_stays_if_the_ledger_cannot_be_opened(swept: Any) -> None:
 def test_entries_of_the_document_beyond_blenders_limits_are_refused(swept: Any, entry: str, value: Any) -> None:
     from pathlib import Path
 
-    from blender_addon.editing.sweep_node import blend_node
+    from blender_addon.editing.sweep.node import blend_node
     from spectral_core.explore.sweep.parameters import Parameter, Space
 
     space = Space((Parameter("energy", 1.0, 2.0, path=KEY),))

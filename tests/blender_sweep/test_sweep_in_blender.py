@@ -56,7 +56,7 @@ def add(path: str, low: float, high: float):
 
 @pytest.mark.slow
 def test_three_properties_are_swept_applied_and_keyframed(scene, tmp_path):
-    from blender_addon.editing import sweep as editing
+    from blender_addon.editing.sweep import live as editing
 
     entry = add(KEY, 100, 1000)
     entry.scale = "log"
@@ -91,7 +91,7 @@ def test_three_properties_are_swept_applied_and_keyframed(scene, tmp_path):
 
 @pytest.mark.slow
 def test_a_swept_light_is_relit_and_equals_a_render(scene, tmp_path):
-    from blender_addon.editing.sweep_node import BlendNode
+    from blender_addon.editing.sweep.node import BlendNode
     from spectral_core.explore.sweep.compute.rendering import rendered
     from spectral_core.explore.sweep.parameters import Parameter, Space
 

@@ -22,14 +22,14 @@ SIDES = 'bpy.data.objects["Plane"].pass_index'
 
 
 def node_of(folder: Path, *parameters: Any, **options: Any) -> Any:
-    from blender_addon.editing.sweep_node import BlendNode
+    from blender_addon.editing.sweep.node import BlendNode
     from spectral_core.explore.sweep.parameters import Space
 
     return BlendNode.of(folder / "scene.blend", Space(parameters), samples=2, **options)
 
 
 def test_each_type_of_setting_is_added_with_its_values(scene: Any) -> None:  # noqa: F811
-    from blender_addon.editing.sweep_documents import parameters_of
+    from blender_addon.editing.sweep.documents import parameters_of
 
     for path in (SHAPE, HIDDEN, GREEN, SIDES):
         assert bpy.ops.spectral.sweep_add(target=path) == {"FINISHED"}
@@ -44,7 +44,7 @@ def test_each_type_of_setting_is_added_with_its_values(scene: Any) -> None:  # n
 
 def test_names_of_values_may_have_commas_and_spaces_at_their_ends(scene: Any) -> None:  # noqa: F811
     """Such a list was swept over parts of its names, which the run refused."""
-    from blender_addon.editing.sweep_documents import parameters_of
+    from blender_addon.editing.sweep.documents import parameters_of
 
     plane = bpy.data.objects["Plane"]
     plane["wood"], names = 0, ("Oak, dark", "Oak", "Pine ", "Oak, dark, old")
@@ -61,7 +61,7 @@ def test_names_of_values_may_have_commas_and_spaces_at_their_ends(scene: Any) ->
 
 
 def test_a_point_sets_and_keyframes_switches_and_lists(scene: Any) -> None:  # noqa: F811
-    from blender_addon.editing.sweep_points import keyframe_path, set_point
+    from blender_addon.editing.sweep.points import keyframe_path, set_point
     from spectral_core.explore.sweep.ledger import Row
 
     for path in (SHAPE, HIDDEN, GREEN):
@@ -108,7 +108,7 @@ def test_swept_samples_and_size_are_not_overridden(scene: Any, tmp_path: Path) -
 
 @pytest.mark.slow
 def test_points_that_the_page_added_are_rendered_by_another_process(scene: Any) -> None:  # noqa: F811
-    from blender_addon.editing import sweep as editing
+    from blender_addon.editing.sweep import live as editing
     from spectral_core.explore.sweep.store import Store
 
     bpy.ops.spectral.sweep_add(target=SHAPE)
@@ -173,7 +173,7 @@ class Started:
 
 
 def test_a_run_is_started_with_the_points_and_workers_of_the_panel(scene: Any, monkeypatch: Any) -> None:  # noqa: F811
-    from blender_addon.editing import sweep as sweeps
+    from blender_addon.editing.sweep import live as sweeps
 
     bpy.ops.spectral.sweep_add(target=GREEN)
     settings = scene.spectral.sweep
@@ -188,7 +188,7 @@ def test_a_run_is_started_with_the_points_and_workers_of_the_panel(scene: Any, m
 
 
 def test_the_estimate_counts_points_size_and_samples(scene: Any, monkeypatch: Any) -> None:  # noqa: F811
-    from blender_addon.editing.sweep_run import estimate
+    from blender_addon.editing.sweep.run import estimate
 
     bpy.ops.spectral.sweep_add(target=GREEN)
     settings = scene.spectral.sweep
@@ -221,7 +221,7 @@ def keyframed(light: Any) -> str:
 
 @pytest.mark.parametrize("animate", [driven, keyframed])
 def test_a_point_names_settings_that_keyframes_or_drivers_hold(scene: Any, animate: Any) -> None:  # noqa: F811
-    from blender_addon.editing.sweep_points import set_point
+    from blender_addon.editing.sweep.points import set_point
 
     for path in (KEY, GREEN):
         bpy.ops.spectral.sweep_add(target=path)

@@ -45,7 +45,7 @@ else:
     extension.register()
 bpy.context.preferences.view.show_splash = False
 
-operators, editing = import_module(NAME + ".operators.sweep"), import_module(NAME + ".editing.sweep")
+operators, editing = import_module(NAME + ".operators.sweep"), import_module(NAME + ".editing.sweep.live")
 
 
 class Layout:

@@ -13,7 +13,7 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon.editing import recipe as recipes
-from blender_addon.editing import sweep as sweeps
+from blender_addon.editing.sweep import live as sweeps
 from blender_addon.translate.spectra.stored import store_spectrum
 from blender_addon.translate.texture_project import project_of
 from spectral_core.explore.sweep.document import read_sweep

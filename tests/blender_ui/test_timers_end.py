@@ -110,9 +110,10 @@ def test_possible_colors_are_told_in_two_scenes_that_ask_at_once(blender, timers
 
 
 def test_nothing_is_written_while_a_render_reads(blender, timers, monkeypatch) -> None:
-    from blender_addon.editing import sweep, texture_job
+    from blender_addon.editing import texture_job
     from blender_addon.editing.deferred import RENDER_SECONDS
     from blender_addon.editing.dial import paths
+    from blender_addon.editing.sweep import live as sweep
 
     scene = blender.context.scene
     state = SimpleNamespace(renders=True)

@@ -11,8 +11,8 @@ from bpy.types import Scene
 from spectral_core.explore.sweep.ledger import DoneCount, Pace
 from spectral_core.explore.sweep.store import Store
 
-from .background import BackgroundCommand
-from .sweep_documents import Documents, folder_of, parameters_of
+from ..background import BackgroundCommand
+from .documents import Documents, folder_of, parameters_of
 
 
 class Run(BackgroundCommand):

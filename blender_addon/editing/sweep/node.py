@@ -29,12 +29,12 @@ from spectral_core.files.guarded import no_file
 from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
 
-from ..properties.render import ENGINE
-from ..translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
-from .background import worker_command, worker_prelude
-from .sweep_settings import follow_palette, setting_at
+from ...properties.render import ENGINE
+from ...translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
+from ..background import worker_command, worker_prelude
+from .settings import follow_palette, setting_at
 
-PACKAGE = __package__.rpartition(".")[0]
+PACKAGE = __package__.rsplit(".", 2)[0]
 LIGHT_PATH = "bpy.data.lights["
 SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
     ".spectral.render.samples",
@@ -213,7 +213,7 @@ class BlendNode:
 
     def _translated(self) -> Scene:
         """The scene as F12 renders it, which the viewport may not show: objects, levels of modifiers, motion blur."""
-        from .dial.as_rendered import translated_at_once
+        from ..dial.as_rendered import translated_at_once
 
         try:
             scene = translated_at_once(bpy.context.scene)

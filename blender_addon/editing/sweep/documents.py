@@ -21,9 +21,9 @@ from spectral_core.explore.sweep.store import Store, cdb_folder
 from spectral_core.explore.sweep.sweep import meanings
 from spectral_core.files.whole import make_folder
 
-from .background import temporary
-from .board.paths import in_copy
-from .sweep_settings import follow_names, setting_at, swept_setting
+from ..background import temporary
+from ..board.paths import in_copy
+from .settings import follow_names, setting_at, swept_setting
 
 
 def parameters_of(sweep: PropertyGroup) -> list[Parameter]:
@@ -200,7 +200,7 @@ def _write(sweep: PropertyGroup, documents: Documents, parameters: list[Paramete
 def command_line(document: Path, folder: Path, workers: int, *more: str) -> list[str]:
     """The command that runs a sweep in the present Blender; ``more``: further options."""
     words = ["sweep", str(document), "--out", str(folder), "--workers", str(workers), *more]
-    package = __package__.rpartition(".")[0]
+    package = __package__.rsplit(".", 2)[0]
     if not bpy.app.binary_path:
         # not with this process's module path: a loaded bpy adds a folder to it that hides bpy itself
         return [sys.executable, *child.ISOLATED, "-m", package, *words]

@@ -19,13 +19,13 @@ from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.store import Store
 
-from .background import SAVED_MEANWHILE, settle, told_if_temporary
-from .board.paths import block_at
-from .deferred import RENDER_SECONDS, open_scene, redraw
-from .sweep_documents import Documents, command_line, folder_of, require_own_table, write_documents
-from .sweep_points import set_point
-from .sweep_run import Run
-from .sweep_settings import column_name, follow_names, setting_at
+from ..background import SAVED_MEANWHILE, settle, told_if_temporary
+from ..board.paths import block_at
+from ..deferred import RENDER_SECONDS, open_scene, redraw
+from .documents import Documents, command_line, folder_of, require_own_table, write_documents
+from .points import set_point
+from .run import Run
+from .settings import column_name, follow_names, setting_at
 
 POLL_S = 0.5
 MOST_NOTES = 4

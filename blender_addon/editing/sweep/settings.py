@@ -15,7 +15,7 @@ from bpy.types import PropertyGroup
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.parameters import is_column_name
 
-from .board.paths import Number, block_at, place_in, renamed
+from ..board.paths import Number, block_at, place_in, renamed
 
 SWITCH = ("off", "on")
 """The values of a switch; a document may also use 0 and 1."""

@@ -12,9 +12,9 @@ from bpy.types import Scene
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.sweep.ledger import Row
 
-from .. import compat
-from .board.paths import Number
-from .sweep_settings import follow_palette, swept_setting
+from ... import compat
+from ..board.paths import Number
+from .settings import follow_palette, swept_setting
 
 
 def set_point(scene: Scene, values: Mapping[str, Any]) -> list[str]:
