@@ -16,6 +16,7 @@ import numpy as np
 
 from benchmarks import Options
 from benchmarks.volume.pictures import analysis as drawings
+from spectral_core.files.whole import make_folder
 from spectral_core.volume.analysis import (
     SampledFunction,
     composite_bandlimit,
@@ -133,7 +134,7 @@ def run(options: Options) -> dict[str, Any]:
     cases = {name: case_figures(f, g, count) for name, (f, g) in CASES.items()}
     edges = {name: edge_figures(f, 300.0 if options.quick else 2000.0) for name, f in GAUSSIANS.items()}
     _print(cases, edges)
-    pictures.mkdir(parents=True, exist_ok=True)
+    make_folder(pictures)
     written = drawings.write(pictures, two_tones, slow_tone, raised_cosine, GAUSSIANS, dpi=40 if options.quick else 130)
     print("pictures: " + ", ".join(path.name for path in written))
     return {
