@@ -16,7 +16,7 @@ import bpy
 
 from ..properties import hooks
 from ..properties.hooks import Topic
-from ..translate.shading.texture import spectral_texture_nodes
+from ..translate.shading.texture import NODE, shader_nodes
 
 BESIDE = {("SpectralLightDial", "filepath")}
 """Class and name of paths that always mean a file beside the .blend: a save copies recordings (``dial.paths``)."""
@@ -43,7 +43,7 @@ def point_from(blend: object = "", *_: object) -> None:
     for place in _relative_paths():
         text = getattr(*place)
         _before_save.append((place, text))
-        _set(place, _relative(os.path.normpath(old / text[2:]), new))
+        _set(place, _moved(text, old, new))
 
 
 @bpy.app.handlers.persistent
@@ -53,6 +53,17 @@ def take_back(blend: object = "", *_: object) -> None:
         for place, text in _before_save:
             _set(place, text)
     _before_save.clear()
+
+
+def _moved(text: str, old: Path, new: Path) -> str:
+    """The path ``text`` of a file in ``old``, for a file in ``new``."""
+    joined = old / text[2:]
+    path = os.path.normpath(joined)
+    if not Path(path).exists() and joined.exists():  # ".." behind a link to a folder leaves the folder it points to
+        path = os.path.realpath(joined)
+    moved = _relative(path, new)
+    is_lost = moved.startswith("//") and Path(path).exists() and not (new / moved[2:]).exists()
+    return path if is_lost else moved  # no relative path leads out of a link to a folder as its name suggests
 
 
 def _relative(path: str, folder: Path) -> str:
@@ -70,9 +81,13 @@ def _set(place: Place, text: str) -> None:
 
 def _relative_paths() -> Iterator[Place]:
     """Each path of this file, not of its libraries, that is relative to it."""
-    for node in spectral_texture_nodes():
-        if node.id_data.library is None and node.filepath.startswith("//"):
+    for node in shader_nodes():
+        if node.id_data.library is not None:
+            continue
+        if node.bl_idname == NODE and node.filepath.startswith("//"):
             yield node, "filepath"
+        if node.is_property_set("spectral"):  # to read it would make one in each node
+            yield from _paths_in(node.spectral)
     for owner in (block for name in OWNERS for block in getattr(bpy.data, name)):
         if owner.library is None:
             yield from _paths_in(owner.spectral)

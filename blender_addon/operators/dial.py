@@ -119,10 +119,11 @@ class SPECTRAL_OT_dial_save(WaitingForFile, bpy.types.Operator, ExportHelper):
     def end(self, scene: Scene, answer: None) -> None:
         assert self._saving is not None
         self._saving.finish()
-        count = f" and {self._saving.total - 1} more" if self._saving.total > 1 else ""
+        others = self._saving.total - 1
+        saved = f"{self._saving.first} and {others} more" if others else self.filepath
         still = f"; all frames show the scene as it was recorded, but {self._saving.moved}: F12 renders its motion"
         moved = self._saving.moved
-        self.report({"WARNING" if moved else "INFO"}, f"saved {self.filepath}{count}{still if moved else ''}")
+        self.report({"WARNING" if moved else "INFO"}, f"saved {saved}{still if moved else ''}")
 
     def stop(self) -> None:
         super().stop()

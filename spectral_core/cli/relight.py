@@ -105,7 +105,7 @@ def _pairs(option: str, text: str, groups: Sequence[str]) -> dict[str, str]:
     entries: list[tuple[str, str]] = []
     while pieces:
         for count in range(1, len(pieces) + 1):  # up to the comma after the name of a known group
-            known = _after_name(",".join(pieces[:count]).strip(), groups)
+            known = _after_name(",".join(pieces[:count]), groups)
             if known is not None:
                 entries.append(known)
                 break
@@ -131,9 +131,13 @@ def _pairs(option: str, text: str, groups: Sequence[str]) -> dict[str, str]:
 
 
 def _after_name(text: str, groups: Sequence[str]) -> tuple[str, str] | None:
-    """Group and value of GROUP=VALUE, None if the text begins with no group of the transport."""
+    """Group and value of GROUP=VALUE, None if the text begins with no group of the transport. Spaces before the name
+    are ignored, unless a group begins with them.
+    """
     for group in sorted(groups, key=len, reverse=True):
-        rest = text.removeprefix(group).lstrip() if text.startswith(group) else ""
+        starts = (text[spaces:] for spaces in range(len(text) - len(text.lstrip()) + 1))
+        found = next((each for each in starts if each.startswith(group)), "")
+        rest = found.removeprefix(group).lstrip()
         if rest.startswith("=") and rest[1:].strip():
             return group, rest[1:].strip()
     return None
@@ -162,7 +166,7 @@ def _dial_weights(arguments: argparse.Namespace, groups: int) -> Any:
     if len(path) > 1:
         along = np.linspace(0, len(path) - 1, arguments.frames)
         path = np.stack([np.interp(along, np.arange(len(path)), path[:, axis]) for axis in (0, 1)], axis=1)
-    return dial_weights(path, bulbs_on_polygon(groups))
+    return dial_weights(path, bulbs_on_polygon(groups) if groups > 1 else [(0.0, 0.0)])
 
 
 def _targets(arguments: argparse.Namespace) -> list[Path]:

@@ -21,11 +21,13 @@ def settings(blender: Any, tmp_path: Path) -> list[tuple[Any, str]]:
     scene, material = bpy.context.scene, bpy.data.materials.new("Paint")
     material.use_fake_user = True
     tree = compat.use_nodes(material)
+    color = tree.nodes.new("ShaderNodeRGB")
     texture, lamp = tree.nodes.new("SpectralSceneTexture"), bpy.data.lights.new("Lamp", "POINT")
     lamp.use_fake_user = True
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "one" / "scene.blend"))
     found = [(texture, "filepath"), (material.spectral, "filepath"), (lamp.spectral, "filepath"),
-             (scene.spectral.recipe, "filepath"), (scene.spectral.texture, "texture_file")]  # fmt: skip
+             (color.spectral, "filepath"), (scene.spectral.recipe, "filepath"),
+             (scene.spectral.texture, "texture_file")]  # fmt: skip
     for group, name in found:
         setattr(group, name, TEXT)
     scene.spectral.dial.filepath = "//dial.transport.exr"
@@ -66,3 +68,23 @@ def test_a_save_that_fails_changes_nothing(settings: list[tuple[Any, str]], tmp_
 def test_a_save_in_the_same_folder_changes_nothing(settings: list[tuple[Any, str]], tmp_path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "one" / "other.blend"))
     assert {getattr(*place) for place in settings} == {TEXT}
+
+
+def test_folders_that_are_links_keep_the_files(settings: list[tuple[Any, str]], tmp_path: Path) -> None:
+    """`..` in a linked folder leads out of the folder that the link points to."""
+    (tmp_path / "one" / "files").mkdir()
+    (tmp_path / "one" / "files" / "own.exr").touch()
+    (tmp_path / "link").symlink_to(tmp_path / "two" / "deep", target_is_directory=True)
+    for folder in ("link", "one/deep", "two"):
+        bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / folder / "scene.blend"))
+        assert all(Path(bpy.path.abspath(getattr(*place))).is_file() for place in settings), folder
+
+
+def test_a_file_opened_through_a_link_keeps_the_files(blender: Any, tmp_path: Path) -> None:
+    own = tmp_path / "one" / "own.exr"
+    own.touch()
+    (tmp_path / "link").symlink_to(tmp_path / "two" / "deep", target_is_directory=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "link" / "scene.blend"))
+    bpy.context.scene.spectral.recipe.filepath = "//../../one/own.exr"  # from two/deep
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "two" / "scene.blend"))
+    assert Path(bpy.path.abspath(bpy.context.scene.spectral.recipe.filepath)).samefile(own)

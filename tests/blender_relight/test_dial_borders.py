@@ -75,6 +75,20 @@ def test_a_saved_png_is_as_transparent_as_that_of_a_render(stage, dial, picture,
     assert stage.render.image_settings.color_mode == colors
 
 
+def test_a_saved_png_is_as_gray_as_that_of_a_render(stage, dial, picture, tmp_path):
+    bpy.data.lights["Key"].color = (1.0, 0.3, 0.1)
+    bpy.ops.spectral.dial_record()
+    saved = {}
+    for colors in ("RGB", "BW"):
+        stage.render.image_settings.color_mode = colors
+        bpy.ops.spectral.dial_save(filepath=str(tmp_path / f"{colors}.png"))
+        saved[colors] = _read(tmp_path / f"{colors}.png")[..., :3]
+    assert np.ptp(saved["RGB"], axis=-1).max() > 0.1 and np.ptp(saved["BW"], axis=-1).max() == 0.0
+    # Blender adds the encoded values with the weights of Rec. 709
+    gray = saved["RGB"] @ [0.2126, 0.7152, 0.0722]
+    assert saved["BW"][..., 0] == pytest.approx(gray, abs=1.5 / 255)
+
+
 def test_a_border_that_was_changed_after_the_recording_moves_no_picture(stage, picture):
     """The panel reports the change; the picture stays as it was recorded."""
     from blender_addon.editing.dial import live

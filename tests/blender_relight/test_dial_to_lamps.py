@@ -197,12 +197,13 @@ def test_a_saved_animation_returns_to_the_moment_between_two_frames(stage, dial,
     ("walk_##_é.png", ["walk_01_é.png", "walk_02_é.png"]), ("####.exr", ["0001.exr", "0002.exr"]),
     ("a b.png", ["a b0001.png", "a b0002.png"]),
 ])  # fmt: skip
-def test_marks_in_the_name_are_the_number_of_the_frame(stage, dial, tmp_path, name, files):
+def test_marks_in_the_name_are_the_number_of_the_frame(stage, dial, tmp_path, capfd, name, files):
     """They stayed in the names, unlike in every other path of Blender."""
     stage.frame_start, stage.frame_end = 1, 2
     (tmp_path / "new").mkdir()
     assert bpy.ops.spectral.dial_save(filepath=str(tmp_path / "new" / name), animation=True) == {"FINISHED"}
     assert sorted(each.name for each in (tmp_path / "new").iterdir()) == files
+    assert f"{files[0]} and 1 more" in capfd.readouterr().out, "the message names a file that exists"
 
 
 @pytest.mark.parametrize("moves", [False, True])

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from spectral_core.cli import _parsed
-from spectral_core.cli.relight import _pairs
+from spectral_core.cli.relight import _dial_weights, _pairs
 from spectral_core.errors import InvalidInputError
 
-GROUPS = ("Key", "Lamp, left", "Lamp", "a=b", "", "Lamp, left, far")
+GROUPS = ("Key", "Lamp, left", "Lamp", "a=b", "", "Lamp, left, far", " Rim", " Key", "Sky ")
 
 
 @pytest.mark.parametrize(
@@ -23,6 +23,8 @@ GROUPS = ("Key", "Lamp, left", "Lamp", "a=b", "", "Lamp, left, far")
         ("a=b=4,=0.5", {"a=b": "4", "": "0.5"}),
         ("Key=my, own.csv@x,Lamp=HP1", {"Key": "my, own.csv@x", "Lamp": "HP1"}),
         ("Kye=1,Key=2", {"Kye": "1", "Key": "2"}),
+        (" Rim=1, Lamp=2", {" Rim": "1", "Lamp": "2"}),
+        ("Lamp=2,  Rim=1, Key=3,Key=4,Sky =5", {"Lamp": "2", " Rim": "1", " Key": "3", "Key": "4", "Sky ": "5"}),
         ("", {}),
         ("Key=1, ,", {"Key": "1"}),
     ],
@@ -47,6 +49,12 @@ def test_a_group_is_named_once(tmp_path: Path) -> None:
     """The last of two amounts was taken without a word."""
     with pytest.raises(InvalidInputError, match="'Lamp, left' twice"):
         _pairs("--mix", "Lamp, left=1,Key=2,Lamp, left=3", GROUPS)
+
+
+def test_a_dial_may_have_one_light() -> None:
+    """As in Blender, where it has all of the weight everywhere."""
+    arguments = _parsed(["relight", "t.exr", "--dial", "-0.5,0.3;1,0", "--frames", "3", "--out", "p.png"], ())[0]
+    assert _dial_weights(arguments, 1).tolist() == [[1.0]] * 3
 
 
 @pytest.mark.parametrize("dial", ["-0.5,0.3", "-.5,0.3", "-1e-3,0;0,-1", "0,1"])

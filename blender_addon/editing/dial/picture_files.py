@@ -74,10 +74,10 @@ def write_picture(scene: Scene, image: Image, path: Path) -> None:
         image.pixels.foreach_get(pixels.reshape(-1))
         write_pixels(scene, pixels, path)
         return
-    colors = "RGBA" if scene.render.image_settings.color_mode == "RGBA" else "RGB"
+    chosen = scene.render.image_settings.color_mode
     try:
         with (
-            compat.image_format(scene.render, "PNG", color_mode=colors),
+            compat.image_format(scene.render, "PNG", color_mode=chosen),
             whole_file(path, check=require_whole_picture) as unfinished,
         ):
             image.save_render(str(unfinished), scene=scene)

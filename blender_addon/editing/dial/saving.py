@@ -57,7 +57,7 @@ class Saving:
         self._number, self._before = scene.session_uid, (scene.frame_current, scene.frame_subframe)
         self._targets: deque[tuple[int | None, Path]] = deque([] if frames else [(None, path)])
         self._targets += [(frame, _of_frame(path, frame)) for frame in frames]
-        self.total, self.saved = len(self._targets), 0
+        self.total, self.saved, self.first = len(self._targets), 0, self._targets[0][1]
         self._moves = bool(frames)
         self._compared = {frames[0], frames[len(frames) // 2], frames[-1]} if frames else set()
         self.moved = ""

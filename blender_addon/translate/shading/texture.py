@@ -47,9 +47,14 @@ def texture_of(node: Any) -> SpectralTexture:
 
 def spectral_texture_nodes() -> Iterator[Any]:
     """All nodes of spectral textures in the file, those without a file included."""
+    return (node for node in shader_nodes() if node.bl_idname == NODE)
+
+
+def shader_nodes() -> Iterator[Any]:
+    """All nodes of materials, worlds, lights and their groups."""
     owners = (*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights)
     for tree in (*bpy.data.node_groups, *(owner.node_tree for owner in owners)):
-        yield from (node for node in (tree.nodes if tree is not None else ()) if node.bl_idname == NODE)
+        yield from (node for node in (tree.nodes if tree else ()) if isinstance(node, bpy.types.ShaderNode))
 
 
 def file_of(node: Any) -> Path:
