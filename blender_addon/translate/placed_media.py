@@ -18,7 +18,7 @@ from .shading.materials import TranslatedMaterial
 from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box, medium_of_grids
 from .shading.media.shaders import GRID
 from .viewport.kept import kept_or_made
-from .volumes import GridFile
+from .volumes import SEVERAL_GRIDS, GridFile
 
 FAINT = 1e-3
 """Share of the densest part of a medium below which its end cannot be seen."""
@@ -94,6 +94,8 @@ def _differences(voxels: CommonVoxels, medium: ScatteringMedium | None) -> Itera
     """What is rendered with less detail than the grids have, or in another way than in Cycles, in words."""
     for name in voxels.resampled:
         yield f"its grid {name!r} is finer than the voxels that fit; it was resampled"
+    for name in voxels.repeated:
+        yield SEVERAL_GRIDS.format(name=name)
     for name in voxels.mirrored:
         yield (
             f"the transform of its grid {name!r} is mirrored: Cycles shows nothing of it, here it is seen; mirror the "

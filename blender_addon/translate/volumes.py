@@ -24,6 +24,7 @@ from spectral_core.files.whole_picture import full_disk
 from spectral_core.scene import VolumeObject
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.formats.openvdb_format import require_whole
+from spectral_core.volume.files.vdb.read import first_of_name, grid_names
 
 from .context import makers_of, whole
 from .visibility import cycles_settings
@@ -39,6 +40,10 @@ if TYPE_CHECKING:
 CHANGING_CURVES = (
     "the ends of its curves are the least and greatest value of each frame, so that they change from frame to frame; "
     "a preset fits them to all frames of the sequence"
+)
+SEVERAL_GRIDS = (
+    "its file holds several grids named {name!r}, and the first is rendered, as Blender does; rename them in the "
+    "program that wrote the file to show another one"
 )
 
 
@@ -79,7 +84,10 @@ def translate_volume(found: Collected, name: str, obj: Any, instance: Any) -> Vo
     settings = data.spectral
     matrix = np.array(instance.matrix_world, dtype=np.float64)
     try:
-        volume = voxels_of(obj.data, saved_of(found, obj, instance), settings.grid)
+        saved = saved_of(found, obj, instance)
+        volume = voxels_of(obj.data, saved, settings.grid)
+        if first_of_name(grid_names(_stated(obj.data, saved)[0]), settings.grid) != settings.grid:
+            translation.note(obj.name, SEVERAL_GRIDS.format(name=settings.grid))
         placed = ScalarVolume(obj.name, volume.data, matrix @ volume.world_from_index)
         placed.require_renderable()
         stated = volume_looks.stated_transfer(data, translation.rgb_from_working)
@@ -254,4 +262,4 @@ def _read(path: Path, grid: str, _modified: int, _size: int) -> ScalarVolume:
     """
     from spectral_core.volume.files import read_volume
 
-    return read_volume(path, field=grid or None)
+    return read_volume(path, field=first_of_name(grid_names(path), grid) if grid else None)

@@ -8,7 +8,8 @@ import itertools
 import numpy as np
 import pytest
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.volume.files import read_volume
 from spectral_core.volume.files.formats.openvdb_format import find_openvdb
 from spectral_core.volume.files.vdb import together
 from spectral_core.volume.files.vdb.read import grid_background
@@ -96,3 +97,21 @@ def test_a_coarser_grid_serves_where_the_finest_voxels_are_too_many(tmp_path, mo
     monkeypatch.setattr(together, "MOST_VOXELS", 100)
     with pytest.raises(InvalidInputError, match="at most 100 are rendered"):
         grids_together(path, ["coarse", "fine"])
+
+
+def test_grids_of_one_name_are_named_as_openvdb_names_them(tmp_path):
+    """The first of several grids named ``density`` was read, and nothing said so."""
+    path = tmp_path / "two.vdb"
+    made = [grid("density", (3, 3, 3), seed=1), grid("density", (3, 3, 3), seed=2), grid("heat", (3, 3, 3), seed=3)]
+    openvdb.write(str(path), grids=made)
+    for field in (None, "density"):
+        with pytest.raises((InvalidInputError, UnknownNameError), match=r"density\[0\], density\[1\], heat"):
+            read_volume(path, field=field)
+    for number, each in enumerate(made[:2]):
+        expected = np.zeros((3, 3, 3), np.float32)
+        each.copyToArray(expected)
+        assert np.array_equal(read_volume(path, field=f"density[{number}]").data, expected)
+    voxels = grids_together(path, ["density", "heat"])  # of a shader: the first one, as Blender shows it
+    assert voxels.repeated == ("density",) and set(voxels.grids) == {"density", "heat"}
+    openvdb.write(str(path), grids=[made[1], made[2]])
+    assert grids_together(path, ["density"]).repeated == () and read_volume(path).shape == (3, 3, 3)

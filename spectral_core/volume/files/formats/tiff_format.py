@@ -26,6 +26,7 @@ from spectral_core.files.guarded import open_regular, require_regular, require_r
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, pick_component, require_choice
 from spectral_core.volume.files.request import ReadRequest
+from spectral_core.volume.files.slice_names import in_order
 from spectral_core.volume.files.units import unit_factors
 
 _DEFLATE, _DEFLATE_RATIO, _SLACK_BYTES = (8, 32946), 1040, 16 << 20
@@ -60,7 +61,7 @@ def _tifffile() -> Any:
 def _read_folder(tifffile: Any, folder: Path, request: ReadRequest) -> ScalarVolume:
     # macOS keeps a file "._a.tif" with the properties of "a.tif" beside it on other file systems.
     images = (f for f in folder.iterdir() if f.suffix.lower() in (".tif", ".tiff") and not f.name.startswith("._"))
-    files = sorted(images, key=_by_number)
+    files = in_order(images, folder)
     if not files:
         raise FileFormatError(f"{folder} holds no .tif or .tiff files; a folder is read as a stack of them")
     slices: list[NDArray[Any]] = []
@@ -86,11 +87,6 @@ def _read_folder(tifffile: Any, folder: Path, request: ReadRequest) -> ScalarVol
             )
         slices.append(pages[0])
     return make_volume(folder.name, np.stack(slices).transpose(2, 1, 0), affine(np.diag(spacing), np.zeros(3)), folder)
-
-
-def _by_number(file: Path) -> list[Any]:
-    """``slice2`` before ``slice10``."""
-    return [int(word) if word.isdecimal() else word.lower() for word in re.split(r"(\d+)", file.name)]
 
 
 def _read_file(tifffile: Any, path: Path, request: ReadRequest) -> tuple[NDArray[Any], NDArray[np.float64]]:

@@ -83,7 +83,9 @@ def grid_background(path: Path, name: str) -> Any:
 
 
 def descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]:
-    """(name, tree type, start, end) of each grid."""
+    """(name, tree type, start, end) of each grid. Grids of one name have OpenVDB's own names, ``density[0]``,
+    ``density[1]`` and so on.
+    """
     size = path.stat().st_size
     try:
         magic, version = struct.unpack("<qI", stream.read(12))
@@ -100,12 +102,23 @@ def descriptors(stream: BinaryIO, path: Path) -> list[tuple[str, str, int, int]]
             if not stream.tell() <= start <= end <= size:
                 raise FileFormatError(f"{path.name} is truncated: its grids end at byte {end}, the file at byte {size}")
             if not parent:
-                # Grids of one name are distinguished by a number after a unit separator.
-                found.append((name.split("\x1e")[0], kind, start, end))
+                found.append((name, kind, start, end))
             stream.seek(end)
     except struct.error as error:
         raise FileFormatError(f"{path.name} is truncated: it ends within its list of grids") from error
-    return found
+    return [(name, *rest) for name, (_, *rest) in zip(_distinct([each[0] for each in found]), found, strict=True)]
+
+
+def first_of_name(names: list[str], name: str) -> str:
+    """``name``, or that of the first of several grids that share it, which Blender shows; ``names`` are a file's."""
+    return f"{name}[0]" if name not in names and f"{name}[0]" in names else name
+
+
+def _distinct(stored: list[str]) -> list[str]:
+    """Names of grids; the file distinguishes grids of one name by a number after a record separator."""
+    parts = [name.partition("\x1e") for name in stored]
+    plain = [name for name, _, _ in parts]
+    return [f"{name}[{number}]" if number and plain.count(name) > 1 else name for name, _, number in parts]
 
 
 class GridReader:

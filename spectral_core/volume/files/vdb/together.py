@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files import read_volume
-from spectral_core.volume.files.vdb.read import grid_background, grid_names
+from spectral_core.volume.files.vdb.read import first_of_name, grid_background, grid_names
 
 MOST_RESAMPLED = 1 << 24
 """Common voxels onto which coarser grids are resampled; beyond these the voxels of the first grid serve."""
@@ -30,7 +30,8 @@ class CommonVoxels:
     """Grids by name, (n,) or (n, 3) with z fastest, at the same voxels; ``world_from_index`` (4, 4): to their centers.
 
     ``interpolated``: names of the grids that have other voxels. ``resampled``: names of those of them whose own voxels
-    are finer, so that details are lost. ``mirrored``: names of the grids whose transforms mirror.
+    are finer, so that details are lost. ``mirrored``: names of the grids whose transforms mirror. ``repeated``: names
+    that several grids of the file share, of which the first one is here.
     """
 
     shape: tuple[int, int, int]
@@ -39,6 +40,7 @@ class CommonVoxels:
     interpolated: tuple[str, ...] = ()
     resampled: tuple[str, ...] = ()
     mirrored: tuple[str, ...] = ()
+    repeated: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,14 +65,15 @@ def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
     and OSError as ``read_volume``.
     """
     names, held = list(names), grid_names(path)
-    wanted = [name for name in names if name in held]
+    stored = {name: first_of_name(held, name) for name in names}
+    wanted = [name for name in names if stored[name] in held]
     if not wanted:
         reads = f"reads {', '.join(map(repr, names))}" if names else "reads no grid"
         raise InvalidInputError(
             f"the shader {reads}, and {path.name} holds {', '.join(map(repr, held))}: nothing is seen; "
             "name one of these grids in the shader"
         )
-    found = {name: _read(path, name) for name in wanted}
+    found = {name: _read(path, stored[name]) for name in wanted}
     # of grids that are as fine as each other, the sort keeps the first one first
     by_size = sorted(found.values(), key=lambda grid: float(f"{abs(grid.voxel):.4g}"))
     for base in (*by_size, found[wanted[0]]):
@@ -84,7 +87,8 @@ def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
     finer = tuple(name for name, grid in found.items() if abs(grid.voxel) * ALIKE < abs(base.voxel))
     mirrored = tuple(name for name, grid in found.items() if grid.voxel < 0)
     others = tuple(name for name, grid in found.items() if _offset(grid.parts[0], matrix) is None)
-    return CommonVoxels(shape, matrix, placed, others, finer, mirrored)
+    repeated = tuple(name for name in found if stored[name] != name)
+    return CommonVoxels(shape, matrix, placed, others, finer, mirrored, repeated)
 
 
 def _read(path: Path, name: str) -> _Grid:
