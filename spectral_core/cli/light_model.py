@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from spectral_core.light_models import LightModel
     from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
+SAME_KNOT = 1e-6
+"""Distance of two wavelengths, in nm, that are one."""
 SIZES = (3, 5, 8)
 """Numbers per surface of the models that learn a basis."""
 
@@ -56,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     from spectral_core.cli.shared.spectra import files_in, illuminant_named, reflectance_named
     from spectral_core.files.whole import write_text
     from spectral_core.spectra import catalogue, observer
-    from spectral_core.spectra.spectrum import SpectralGrid, told_apart
+    from spectral_core.spectra.spectrum import told_apart
 
     named = [illuminant_named(name) for name in arguments.light or ("D65", "A", "FL11")]
     lights = [observer.normalized(light) for light in told_apart(named)]
@@ -64,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
         _require_white(light)
     names = arguments.surface or catalogue.reflectance_names()
     surfaces = told_apart([reflectance_named(name) for name in names])
-    grid = SpectralGrid.uniform(380, 780, 5)
+    grid = _grid(surfaces)
     models = _models(lights, surfaces, grid)
     if arguments.keep not in models:
         raise UnknownNameError.among("light model", arguments.keep, models)
@@ -86,6 +88,20 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json({"models": figures})
     return 0
+
+
+def _grid(surfaces: Sequence[Reflectance]) -> SpectralGrid:
+    """Steps of 5 nm, and the knots of the surfaces: a peak between two steps would count in no error."""
+    import numpy as np
+
+    from spectral_core.spectra.spectrum import SpectralGrid
+
+    low, high, step = 380.0, 780.0, 5.0
+    grid = SpectralGrid.uniform(low, high, step)
+    knots = np.concatenate([surface.grid.wavelengths_nm for surface in surfaces])
+    further = knots[(knots > low) & (knots < high) & (np.abs(knots / step - np.round(knots / step)) > SAME_KNOT)]
+    further = np.unique(np.round(further / SAME_KNOT)) * SAME_KNOT  # files write decimals of one knot differently
+    return SpectralGrid(np.union1d(grid.wavelengths_nm, further)) if further.size else grid
 
 
 def _require_white(light: Illuminant) -> None:

@@ -8,11 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
+from spectral_core.palette import (
+    Cell,
+    PaletteLight,
+    PaletteProblem,
+    PaletteReflectance,
+    PaletteSession,
+    solve_palette,
+)
 from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.explain import releases
 from spectral_core.palette.presets import design_grid
-from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.catalogue import illuminant, illuminant_names, reflectance
 from spectral_core.spectra.observer import normalized
 
 
@@ -135,6 +142,56 @@ def test_a_named_release_helps_when_it_is_made(seed) -> None:
         if conflict.relieved_by:
             after = solve_palette(problem.with_cell(conflict.relieved_by[0], Cell.ignore()), explain=False)
             assert np.nan_to_num(after.delta_e_2000[conflict.cell]) < 0.9 * conflict.delta_e_2000
+
+
+def test_a_released_part_has_the_weights_of_the_whole_palette() -> None:
+    """The part was given weights relative to its own cells: “0.1” was said of an error that is 19.6 without the cell.
+
+    The weight of the second cell is so small that the least weight of an exact cell counts, which other cells decide.
+    """
+    weights = ((0.3, 0.01, 5.0), (8.5, 6.4, 2.0))
+    colors = (((0.6, 0.1, 0.1), (0.1, 0.5, 0.3), (0.2, 0.2, 0.5)), ((0.3, 0.3, 0.6), (0.5, 0.2, 0.1), (0.1, 0.4, 0.2)))
+    rows = [
+        tuple(Cell.fixed(color, exact=k == 0, weight=weight) for color, weight in zip(*row, strict=True))
+        for k, row in enumerate(zip(colors, weights, strict=True))
+    ]
+    problem = palette_of(tuple(rows), ("D65", "FL2", "D50"))
+    conflicts = [each for each in solve_palette(problem).conflicts if each.relieved_by]
+    assert conflicts
+    for each in conflicts:
+        after = solve_palette(problem.with_cell(each.relieved_by[0], Cell.ignore()), explain=False)
+        assert after.delta_e_2000[each.cell] == pytest.approx(each.delta_e_without, abs=0.1)
+
+
+def test_a_conflict_within_one_material_does_not_change_the_compromise_of_others() -> None:
+    """Exact rows that had become soft counted as soft cells: all others then had one and the same weight."""
+    rows = (
+        (Cell.fixed((0.6, 0.1, 0.1), exact=True, weight=0.3), Cell.ignore(), Cell.ignore()),
+        (
+            Cell.same_as((0, 0), exact=True, weight=3.0),
+            Cell.fixed((0.1, 0.5, 0.1), exact=True, weight=3.0),
+            Cell.fixed((0.3, 0.3, 0.2)),
+        ),
+        tuple(Cell.fixed(color) for color in ((0.6, 0.1, 0.1), (0.1, 0.6, 0.1), (0.1, 0.1, 0.6))),
+    )
+    alone = palette_of(rows, ("D65", "D50", "A"))
+    beside = alone.with_cells({(2, j): replace(cell, exact=True) for j, cell in enumerate(rows[2])})
+    found = [solve_palette(problem, explain=False) for problem in (alone, beside)]
+    assert [each.status for each in found] == ["exact_conflict"] * 2
+    np.testing.assert_allclose(found[1].delta_e_2000[:2], found[0].delta_e_2000[:2], atol=0.01)
+    session = PaletteSession(alone)
+    for j, cell in enumerate(rows[2]):
+        session.edit((2, j), replace(cell, exact=True))
+    np.testing.assert_allclose(session.solution().delta_e_2000[:2], found[1].delta_e_2000[:2], atol=0.01)
+
+
+def test_a_long_list_of_cells_is_shortened() -> None:
+    """A color that should be constant under sixty lights named all cells in a text of 2,300 characters."""
+    lamps = illuminant_names()[:30]
+    constant = tuple(Cell.constant((0, 0), exact=True) for _ in lamps[1:])
+    solution = solve_palette(palette_of(((Cell.fixed((0.3, 0.3, 0.3), exact=True), *constant),), lamps))
+    assert "more exclude it" in solution.conflicts[0].text
+    assert max(len(each.text) for each in solution.conflicts) < 600
 
 
 def test_a_measured_material_under_a_measured_light_is_said_to_be_measured() -> None:

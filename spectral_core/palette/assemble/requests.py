@@ -70,11 +70,11 @@ class Requests:
     notes: tuple[str, ...]
 
 
-def compiled_requests(problem: PaletteProblem) -> Requests:
-    """Read the cells."""
+def compiled_requests(problem: PaletteProblem, elsewhere: Sequence[float] = ()) -> Requests:
+    """Read the cells. ``elsewhere``: if they are a part of a palette, the weights of its other cells."""
     index = [(i, j) for i in range(len(problem.reflectances)) for j in range(len(problem.lights))]
-    weights = {at: problem.cells[at[0]][at[1]].weight for at in index if _weighs(problem.cells[at[0]][at[1]])}
-    asked = np.array([*weights.values()])
+    weights = {at: problem.cells[at[0]][at[1]].weight for at in index if weighs(problem.cells[at[0]][at[1]])}
+    asked = np.array([*weights.values(), *elsewhere])
     capped = capped_weights(asked, WEIGHT_RATIO)
     notes = []
     if not np.array_equal(asked, capped):
@@ -85,7 +85,7 @@ def compiled_requests(problem: PaletteProblem) -> Requests:
     # The median, so that dragging one weight changes nothing else.
     positive = np.sort(capped[capped > 0])
     scale = float(positive[(positive.size - 1) // 2]) if positive.size else 1.0
-    weights = dict(zip(weights, capped / scale, strict=True))
+    weights = dict(zip(weights, (capped / scale)[: len(weights)], strict=True))
     smoothness = problem.smoothness / scale
     if smoothness > 0 and not SMOOTHNESS_RANGE[0] <= smoothness <= SMOOTHNESS_RANGE[1]:
         smoothness = float(np.clip(smoothness, *SMOOTHNESS_RANGE))
@@ -111,7 +111,7 @@ def compiled_requests(problem: PaletteProblem) -> Requests:
     )
 
 
-def _weighs(cell: Cell) -> bool:
+def weighs(cell: Cell) -> bool:
     """True if a cell has a request; a cell of weight 0 without an exact request has none."""
     if cell.weight == 0 and not cell.exact:
         return False

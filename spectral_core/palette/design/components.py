@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.qp.elastic import unit_of
 from spectral_core.palette.qp.quadratic import Quadratic
 
 
@@ -53,6 +54,7 @@ def _part(problem: Quadratic, member: NDArray[np.bool_], count: int, known: NDAr
         problem.known_ties[own][:, columns],
         problem.known_targets[own],
         problem.known_weights[own],
+        unit_of(problem),
     )
     ranges = [np.arange(problem.offsets[k], problem.offsets[k + 1]) for k in blocks]
     return Component(part, blocks, np.concatenate([columns, *ranges]))

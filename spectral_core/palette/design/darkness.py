@@ -39,6 +39,7 @@ def dark(problem: Quadratic) -> Quadratic | None:
         problem.known_ties,
         problem.known_targets,
         problem.known_weights,
+        problem.cell_unit,
     )
 
 

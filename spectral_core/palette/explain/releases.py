@@ -16,9 +16,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.assemble.requests import Requests, compiled_requests
+from spectral_core.palette.assemble.assembled import Assembled
+from spectral_core.palette.assemble.requests import Requests, compiled_requests, weighs
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
+from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.problem import (
     Cell,
@@ -28,6 +30,7 @@ from spectral_core.palette.problem import (
     PaletteProblem,
     PaletteReflectance,
 )
+from spectral_core.palette.qp.elastic import within
 from spectral_core.palette.report import state_errors
 from spectral_core.palette.solution import PaletteSolution, PaletteStatus
 from spectral_core.spectra.spectrum import Illuminant, Reflectance
@@ -137,6 +140,10 @@ class _Part:
     lines: tuple[int, ...]
     """Number of each row or column in the palette."""
     axis: int
+    cells_elsewhere: tuple[float, ...]
+    """Weights of all other cells: with them, those of the part are capped and scaled as in the whole palette."""
+    rows_elsewhere: Array
+    """Squared weights of their soft rows, to whose median those of exact cells that cannot hold are relative."""
     _errors: dict[frozenset[CellIndex], Array] = field(default_factory=dict)
 
     @classmethod
@@ -154,7 +161,16 @@ class _Part:
         asked = [(i, j) for i, row in enumerate(held.cells) for j, each in enumerate(row) if _asks(each)]
         linked = tuple(each for each in asked if each[axis] in lines)
         others = tuple(each for each in linked if each[axis] == line or each in near)
-        return cls(_lines_of(held, lines, axis), others, linked, lines, axis)
+        rest = tuple(
+            each.weight
+            for i, row in enumerate(problem.cells)
+            for j, each in enumerate(row)
+            if (i, j)[axis] not in lines and weighs(each)
+        )
+        record = {} if solution.state is None else solution.state.record or {}
+        side = record.get("reflectances" if axis == 0 else "lights")
+        rows = np.zeros(0) if side is None else _rows_elsewhere(side[0], lines, axis)
+        return cls(_lines_of(held, lines, axis), others, linked, lines, axis, rest, rows)
 
     @property
     def samples(self) -> int:
@@ -176,12 +192,35 @@ class _Part:
 
     def _solved(self, released: Sequence[CellIndex]) -> Array:
         problem = self.problem.with_cells(dict.fromkeys(released, Cell.ignore()))
-        requests = compiled_requests(problem)
-        rounds = Rounds(Assembler(problem, requests), SolveTrace(), quick=True)
+        requests = compiled_requests(problem, self.cells_elsewhere)
+        elsewhere = self.rows_elsewhere / requests.weight_scale**2
+        rounds = Rounds(_PartAssembler(problem, requests, elsewhere), SolveTrace(), quick=True)
         state = rounds.round(self._start)
         for _ in range(PERCEPTUAL_ROUNDS if problem.match == "perceptual" else 0):
             state = rounds.round(state, perceptual=True)
         return state_errors(problem, requests, state).delta_e_2000
+
+
+class _PartAssembler(Assembler):
+    """Assembles a part of a palette with the unit of weights that the whole palette would have."""
+
+    def __init__(self, problem: PaletteProblem, requests: Requests, elsewhere: Array) -> None:
+        super().__init__(problem, requests)
+        self._elsewhere = elsewhere
+
+    def assembled(self, side: Side, state: PaletteState, *, perceptual: bool = False) -> Assembled:
+        found = super().assembled(side, state, perceptual=perceptual)
+        return replace(found, quadratic=within(found.quadratic, self._elsewhere))
+
+
+def _rows_elsewhere(whole: Assembled, lines: Collection[int], axis: int) -> Array:
+    """Squared weights, not scaled, of the soft rows of a side that belong to none of some lines."""
+    quadratic, groups, scale = whole.quadratic, whole.view.requests.groups, whole.view.requests.weight_scale
+    blocks = zip(whole.items, quadratic.blocks, strict=True)
+    own = [block.soft_weights for item, block in blocks if item not in lines]
+    is_outside = np.array([groups[number].members[0][axis] not in lines for number, _ in whole.group_conditions], bool)
+    is_known = (quadratic.known_ties[:, np.repeat(is_outside, 3)] != 0).any(axis=1)
+    return np.concatenate([quadratic.known_weights[is_known], *own]) * scale**2
 
 
 def _asks(cell: Cell) -> bool:

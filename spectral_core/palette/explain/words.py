@@ -5,12 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from spectral_core.errors import first_of
 from spectral_core.palette.given import cell_name
 from spectral_core.palette.problem import CellIndex, CellMode, PaletteProblem
 
+MOST_NAMES = 8
+"""Most cells that a text names."""
+
 
 def listed(names: Sequence[str]) -> str:
-    """Names of two cells or more, with "and"."""
+    """Names of two cells or more, with "and"; of many the first ones, and how many more there are."""
+    if len(names) > MOST_NAMES:
+        return first_of(names, len(names), MOST_NAMES)
     return f"{', '.join(names[:-1])} and {names[-1]}"
 
 

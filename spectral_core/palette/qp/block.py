@@ -221,6 +221,16 @@ class Stack:
         return left
 
 
+def typical(weights: Array) -> tuple[float, float]:
+    """Lower median and least of the positive weights; 1 if there is none."""
+    weights = weights[weights > 0]
+    if weights.size == 0:
+        return 1.0, 1.0
+    # The lower median: dragging one weight far away does not change the unit.
+    middle = (weights.size - 1) // 2
+    return float(np.partition(weights, middle)[middle]), float(weights.min())
+
+
 def _with_row(array: NDArray[Any], k: int, row: Any) -> NDArray[Any]:
     """A copy of an array with one row replaced."""
     found = array.copy()

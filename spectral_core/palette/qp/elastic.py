@@ -7,11 +7,14 @@ from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.palette.qp.arrow import median_weight
-from spectral_core.palette.qp.block import Block
+from spectral_core.palette.qp.block import Block, typical
 from spectral_core.palette.qp.feasibility import can_hold
 from spectral_core.palette.qp.quadratic import Quadratic
+
+Array = NDArray[np.float64]
 
 ELASTIC = 1e4
 """Weight, relative to the median, of exact rows that cannot hold together."""
@@ -25,11 +28,17 @@ def softened(problem: Quadratic, which: Collection[int] | None = None, *, everyt
     Rows that are no cells (the white of a light, the energy of a dye) stay exact if they can hold by themselves, unless
     ``everything`` must be soft.
     """
-    unit = median_weight(problem)[0]
+    unit = unit_of(problem)
     blocks = list(problem.blocks)
     for k in range(len(blocks)) if which is None else which:
         blocks[k] = _softened(problem, k, unit, everything=everything)
-    return replace(problem, blocks=tuple(blocks))
+    # Rows that are soft now do not count as soft cells, if others become soft after them.
+    return replace(problem, blocks=tuple(blocks), cell_unit=unit)
+
+
+def unit_of(problem: Quadratic) -> float:
+    """Median weight of the soft cells, to which the weights of exact rows are relative."""
+    return median_weight(problem)[0] if problem.cell_unit is None else problem.cell_unit
 
 
 def _softened(problem: Quadratic, k: int, unit: float, *, everything: bool = False) -> Block:
@@ -42,6 +51,12 @@ def _softened(problem: Quadratic, k: int, unit: float, *, everything: bool = Fal
     # Rows keep their order of importance among each other, but none may become so small that it has no effect.
     among = 1.0 if block.own_weights is None else np.maximum(block.own_weights / unit, LEAST_ELASTIC)
     return block.with_weights(block.targets, np.where(soft, ELASTIC * unit * among, block.weights), block.own_weights)
+
+
+def within(problem: Quadratic, elsewhere: Array) -> Quadratic:
+    """A part of a palette, with the unit of the whole. ``elsewhere``: the weights of the soft rows of all others."""
+    own = [block.soft_weights for block in problem.blocks]
+    return replace(problem, cell_unit=typical(np.concatenate([problem.known_weights, *own, elsewhere]))[0])
 
 
 class Elastic:
@@ -74,16 +89,16 @@ class Elastic:
         wanted, asked, found = None if which is None else frozenset(which), self._asked, self._found
         self._asked = problem
         if changed is None or asked is None or found is None or (wanted is None) != (self._which is None):
-            self._which, self._unit = wanted, median_weight(problem)[0]
+            self._which, self._unit = wanted, unit_of(problem)
             self._found = softened(problem, which)
             return self._found, changed
         self._which = wanted
         anew = set(changed)
         if any(problem.blocks[k].weights is not asked.blocks[k].weights for k in changed):
-            unit = median_weight(problem)[0]
+            unit = unit_of(problem)
             if unit != self._unit:
                 # Elastic weights are relative to the median, so all soft blocks change with it.
-                self._unit = unit
+                self._unit, found = unit, replace(found, cell_unit=unit)
                 soft = range(len(problem.blocks)) if wanted is None else wanted
                 anew |= {k for k in soft if problem.blocks[k].any_exact}
         for k in sorted(anew):

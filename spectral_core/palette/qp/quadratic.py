@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.block import Block, Stack
+from spectral_core.palette.qp.block import Block, Stack, typical
 
 if TYPE_CHECKING:
     from scipy import sparse
@@ -42,6 +42,8 @@ class Quadratic:
     """τ_s, (s, q)."""
     known_targets: Array = field(default_factory=lambda: np.zeros(0))
     known_weights: Array = field(default_factory=lambda: np.zeros(0))
+    cell_unit: float | None = None
+    """Median weight of soft cells where these rows do not tell it: in a part of a palette, or with exact rows soft."""
 
     @cached_property
     def offsets(self) -> list[int]:
@@ -73,13 +75,7 @@ class Quadratic:
         """Lower median and least of all finite weights; 1 if there is none."""
         stacked = self.stack
         own = [stacked.soft_weights.ravel()] if stacked is not None else [block.soft_weights for block in self.blocks]
-        weights = np.concatenate([self.known_weights, *own])
-        weights = weights[weights > 0]
-        if weights.size == 0:
-            return 1.0, 1.0
-        # The lower median: dragging one weight far away does not change the unit.
-        middle = (weights.size - 1) // 2
-        return float(np.partition(weights, middle)[middle]), float(weights.min())
+        return typical(np.concatenate([self.known_weights, *own]))
 
     @cached_property
     def stack(self) -> Stack | None:
@@ -115,7 +111,13 @@ class Quadratic:
         blocks = (*self.blocks[:k], block, *self.blocks[k + 1 :])
         # Cached properties that depend on shapes and bounds alone are copied: an edit changes neither.
         found = Quadratic(
-            blocks, self.color_lower, self.color_upper, self.known_ties, self.known_targets, self.known_weights
+            blocks,
+            self.color_lower,
+            self.color_upper,
+            self.known_ties,
+            self.known_targets,
+            self.known_weights,
+            self.cell_unit,
         )
         for name in ("offsets", "lower", "upper"):
             found.__dict__[name] = getattr(self, name)
