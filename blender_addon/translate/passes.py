@@ -145,7 +145,7 @@ def cryptomatte_header(scene: Scene, layer: str) -> dict[str, str]:
     wanted = scene.settings.passes
     names = {
         "CryptoObject": [item.shown_as or item.name for item in scene.instances],
-        "CryptoMaterial": [material.name for material in scene.materials],
+        "CryptoMaterial": [item.shown_as or item.name for item in scene.materials],
         "CryptoAsset": [item.asset or item.shown_as or item.name for item in scene.instances],
     }
     entries: dict[str, str] = {}

@@ -21,6 +21,7 @@ from spectral_core.scene.paint import Color, ImageTexture, Paint, gray, require_
 from spectral_core.scene.rays import Rays
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.surface import ScatteringMedium
+from spectral_core.spectra.spectrum import Spectrum
 
 LARGEST = 1e30
 """Largest power or size; larger numbers overflow in the renderer's 32-bit arithmetic."""
@@ -192,6 +193,7 @@ Light = PointLight | SpotLight | SunLight | AreaLight
 class World:
     """The environment: ``color · strength`` as radiance from every direction.
 
+    A color or a spectrum of negative strength removes light, as in Cycles; pixels of images have signs of their own.
     An ImageTexture is an equirectangular environment, oriented as in Blender's Environment Texture node without a
     mapping (+Z up), then rotated by ``world_from_environment`` (4, 4). ``hidden_from``: types of rays that it does not
     illuminate. ``camera_view``: the environment that the camera sees, if it differs from the one that lights the scene
@@ -211,7 +213,8 @@ class World:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_environment", affine("world", self.world_from_environment))
-        require_range("world: strength", self.strength, 0.0, LARGEST)
+        least = -LARGEST if isinstance(self.color, (Color, Spectrum)) else 0.0
+        require_range("world: strength", self.strength, least, LARGEST)
         require_range("world: max_bounces", self.max_bounces, 0, 1 << 20)
 
     @property

@@ -28,6 +28,7 @@ class Material:
     """A named surface with an optional medium inside. No surface: only the medium is visible.
 
     ``index``: number for the pass Material Index. ``outputs``: values for AOVs, by name.
+    ``shown_as``: its name in a cryptomatte, if it differs.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Material:
     medium: ScatteringMedium | None = None
     index: int = 0
     outputs: tuple[tuple[str, Paint | Scalar], ...] = ()
+    shown_as: str = ""
 
     def __post_init__(self) -> None:
         """Raise InvalidInputError for a color, a spectrum or an image in place of a surface."""

@@ -134,3 +134,19 @@ def test_a_spectrum_under_a_pattern_is_shown_in_its_color(world, translate):
     assert any("the color of the spectrum was used" in note.message for note in scene.notes)
     mean = scene.world.color.pixels[..., :3].mean(axis=(0, 1))
     assert mean[0] > 2 * mean[2] > 0 or mean[2] <= 0 < mean[0]  # sodium is orange, the socket's color gray
+
+
+@pytest.mark.parametrize("is_node", [False, True])
+def test_a_negative_strength_removes_the_light_of_the_spectrum(world, translate, is_node):
+    """It was dark; as the number of a Value node also without a spectrum."""
+    made, tree, background = world
+    background.inputs["Strength"].default_value = -0.25
+    if is_node:
+        value = tree.nodes.new("ShaderNodeValue")
+        value.outputs[0].default_value = -0.25
+        tree.links.new(value.outputs[0], background.inputs["Strength"])
+    scene = translate()
+    assert scene.world.color.name == "lamp" and scene.world.strength == -0.5
+    assert replaced(scene) == []
+    made.spectral.source = "NONE"
+    assert translate().world.color.pixels.max() < 0

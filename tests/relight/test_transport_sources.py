@@ -211,3 +211,10 @@ def test_a_sampled_volume_among_media_is_recorded_once() -> None:
     transport = _assert_as_rendered(scene, MixtureStorage(), one_per_light=False)
     assert transport.groups == ("a", "b")
     assert _mean(relight(transport, mix={"b": 0.0}))[0] > 3 * _mean(relight(transport, mix={"a": 0.0}))[0]
+
+
+@pytest.mark.parametrize("storage", STORAGES, ids=lambda storage: storage.kind)
+def test_a_world_that_removes_light_is_recorded_with_its_spectrum(storage: Storage) -> None:
+    transport = _assert_as_rendered(_scene(_lamp("a"), world=World(SODIUM, -0.02, group="Sky")), storage)
+    lit = _mean(relight(transport, mix={"Sky": 0.0}))
+    assert _mean(relight(transport))[0] < lit[0] - 0.005

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lamps of negative power take light away, whatever their color is given by."""
+"""Lamps of negative power and worlds of negative strength take light away, whatever their color is given by."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from spectral_core.render import render_scene
-from spectral_core.scene import AreaLight, Color, Film, PointLight, RenderSettings, SpotLight, SunLight
+from spectral_core.scene import AreaLight, Color, Film, PointLight, RenderSettings, SpotLight, SunLight, World
 from spectral_core.spectra.catalogue import illuminant
 from tests.render.scenes import lit_plane, looking_down, matrix
 
@@ -39,3 +39,21 @@ def test_a_lamp_of_negative_power_takes_half_of_the_light(kind: type, transport:
         return render_scene(scene).pixels[..., :3].mean(axis=(0, 1))
 
     np.testing.assert_allclose(mean(100.0, -50.0), mean(50.0), rtol=0.03, atol=1e-3 * mean(50.0).max())
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+@pytest.mark.parametrize("color", [illuminant("HP1"), Color(np.array([1.0, 0.5, 0.2]))], ids=["spectrum", "color"])
+def test_a_world_of_negative_strength_takes_light_away(transport: str, color: Any) -> None:
+    """With a spectrum it was dark: no strength of a world was below 0."""
+
+    def mean(strength: float) -> Any:
+        settings = RenderSettings(transport=transport)  # type: ignore[arg-type]
+        scene = lit_plane(
+            _lamp(SunLight, 250.0, color), film=Film(4, 4, samples=64, seed=3), camera=looking_down(4, 0.3),
+            world=World(color, strength), settings=settings,
+        )  # fmt: skip
+        return render_scene(scene).pixels[..., :3].mean(axis=(0, 1))
+
+    alone = mean(0.0)
+    np.testing.assert_allclose(mean(-0.5) + mean(0.5), 2 * alone, rtol=0.01, atol=1e-3 * alone.max())
+    assert mean(-0.5)[0] < 0.7 * alone[0]

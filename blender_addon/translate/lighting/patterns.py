@@ -66,6 +66,8 @@ def _is_plain(source: Output) -> bool:
 def _is_negative(place: Input | None) -> bool:
     """True for a strength below zero, which takes light away."""
     end = None if place is None else place.source()
+    if isinstance(end, Output):
+        return end.node.type == "VALUE" and end.socket.default_value < 0
     return isinstance(end, Input) and isinstance(end.default, float) and end.default < 0
 
 

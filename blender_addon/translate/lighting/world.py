@@ -78,7 +78,7 @@ def _translated(
     spectrum = spectra.spectrum_of(translation, world)
     is_own = isinstance(lights.color, Spectrum) and not lights.is_planckian
     if spectrum is not None and not is_own:  # a node's spectrum has precedence over its world's
-        if suns or isinstance(lights.color, ImageTexture):
+        if suns or (isinstance(lights.color, ImageTexture) and np.ptp(lights.color.pixels, axis=(0, 1)).any()):
             translation.note(world.name, "its spectrum replaces the image, pattern or sky of its background")
         factor = spectra.strength_of(translation, world)
         light, seen = _strengths(translation, world, output, (lights, sees))
@@ -107,7 +107,7 @@ def _strengths(translation: Translation, world: Any, output: Any, terms: tuple[T
     if source is None or source.node.type not in ("BACKGROUND", "EMISSION"):
         return terms[0].strength, terms[1].strength
     reader, place = Reader(translation, world.name, on_surface=True), source.input("Strength")
-    light, seen = (max(_number(reader, place, 1.0, camera=is_seen), 0.0) for is_seen in (False, True))
+    light, seen = (_number(reader, place, 1.0, camera=is_seen) for is_seen in (False, True))
     return light, seen
 
 

@@ -36,8 +36,12 @@ from .reader import Reader
 from .surfaces import surface_of
 from .tree import Input, input_of, linked, searched_once, surface_output
 
-NO_MATERIAL = Material("No material", Diffuse(gray(0.8)) if compat.is_before_5_0() else Principled(gray(0.8)))
-"""Material of an object without one, as in Cycles."""
+NO_MATERIAL = Material(
+    "No material",
+    Diffuse(gray(0.8)) if compat.is_before_5_0() else Principled(gray(0.8)),
+    shown_as="default_surface",
+)
+"""Material of an object without one, as in Cycles, with its name in Cycles' cryptomatte."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +117,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         if not getattr(material, "use_transparent_shadow", True):
             surface = _opaque_in_shadows(reader, surface)
     outputs = aov_outputs(reader, tree)
-    made = Material(name, surface, medium, index=int(material.pass_index), outputs=outputs)
+    made = Material(name, surface, medium, int(material.pass_index), outputs, shown_as=material.name)
     reads = mesh_inputs_of(surface) | inputs_of(value for _, value in outputs)
     if displacement is not None:
         reads |= inputs_of((displacement.offset,))

@@ -220,10 +220,16 @@ def _ellipse(axes: Array, origin: Array, size: Array) -> Array:
 
 
 def _emitted(context: Context, light: Light, color: Color | Spectrum, strength: float) -> Any:
-    emitted = paint.constant_emission(context, color, abs(strength))
-    if strength < 0:  # Mitsuba's spectra are not negative
-        emitted = context.load({"type": "product_paint", "color": emitted, "amount": context.constant(-1.0)})
-    return context.switched(emitted, light.group)
+    return context.switched(
+        _signed(context, paint.constant_emission(context, color, abs(strength)), strength), light.group
+    )
+
+
+def _signed(context: Context, emitted: Any, strength: float) -> Any:
+    """What is emitted, below 0 for a negative ``strength``: Mitsuba's spectra are not negative."""
+    if strength >= 0:
+        return emitted
+    return context.load({"type": "product_paint", "color": emitted, "amount": context.constant(-1.0)})
 
 
 def _emitting_polygon(
@@ -246,7 +252,7 @@ def world_emitter(context: Context, world: World) -> Any | None:
     if world.is_black:
         return None
     if isinstance(world.color, (Color, Spectrum)):
-        radiance = paint.emission(context, world.color, world.strength, "World")
+        radiance = _signed(context, paint.emission(context, world.color, abs(world.strength), "World"), world.strength)
         return context.load({"type": "constant", "radiance": context.switched(radiance, world.group)})
     if isinstance(world.color, ImageTexture):
         return environment(context, world, world.color)

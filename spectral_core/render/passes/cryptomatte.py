@@ -56,7 +56,7 @@ def header(layer: str, name: str, subjects: Iterable[str]) -> dict[str, str]:
         f"{key}/name": full,
         f"{key}/hash": "MurmurHash3_32",
         f"{key}/conversion": "uint32_to_float32",
-        f"{key}/manifest": json.dumps(names),
+        f"{key}/manifest": json.dumps(names, ensure_ascii=False, separators=(",", ":")),
     }
 
 

@@ -33,7 +33,7 @@ class Subjects:
         self._objects, self._materials = self._rows(objects), self._rows(material_rows)
         self.names = {
             "CryptoObject": [item.shown_as or item.name for item in scene.instances],
-            "CryptoMaterial": [material.name for material in scene.materials],
+            "CryptoMaterial": [item.shown_as or item.name for item in scene.materials],
             "CryptoAsset": [item.asset or item.shown_as or item.name for item in scene.instances],
         }
         self.ids = {kind: np.array([0.0, *map(id_of, names)], np.float32) for kind, names in self.names.items()}

@@ -17,10 +17,9 @@ from spectral_core.render.mitsuba_scene.radiometry import (
     radiance_of_panel,
     radiance_of_sun,
 )
-from spectral_core.render.plan.inventory import largest_size, paint_parts
+from spectral_core.render.plan.inventory import largest_light, largest_size, paint_parts
 from spectral_core.scene import (
     AreaLight,
-    Color,
     Instance,
     Light,
     Material,
@@ -197,13 +196,13 @@ def error_of_medium(scene: Scene, material: Material) -> float:
         if material.name not in item.materials or not len(box := corners(scene, item)):
             continue
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
-        added += medium.emission_strength * largest_size(medium.emission_color) * length
+        added += medium.emission_strength * largest_light(medium.emission_color) * length
         scattering = depth / max(length, 1e-30) * albedo
         added += scattering * phase * irradiance_along(scene, box, length)
         added += (
             0.0
             if scene.world.is_black
-            else scattering * length * scene.world.strength * largest_size(scene.world.color)
+            else scattering * length * abs(scene.world.strength) * largest_light(scene.world.color)
         )
     return error_of_share(2 * depth) + error_of_light(1.5 * added * scene.film.exposure)
 
@@ -245,7 +244,7 @@ def _of_surface(radiance: float, mesh: Mesh, item: Instance, box: Array, length:
 
 def _of_lamp(light: Light, box: Array, length: float, scene: Scene) -> float:
     """The same of one lamp."""
-    tint = largest_size(light.color) if isinstance(light.color, Color) else 3.0
+    tint = largest_light(light.color)
     if isinstance(light, SunLight):
         return tint * abs(light.irradiance) * length
     center = light.world_from_light[:3, 3]
@@ -262,7 +261,7 @@ def _of_lamp(light: Light, box: Array, length: float, scene: Scene) -> float:
 def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, str]]:
     """Radiance and name of every source that a ray can hit; point lamps have none."""
     for light in scene.lights:
-        tint = largest_size(light.color) if isinstance(light.color, Color) else 3.0
+        tint = largest_light(light.color)
         if isinstance(light, SunLight):
             half = max(min(light.angle_rad, np.pi) / 2, 1e-5)
             yield tint * radiance_of_sun(abs(light.irradiance), half), light.name
@@ -273,7 +272,7 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, 
         elif light.radius > 0:
             yield tint * radiance_of_ball(abs(light.power_w), light.radius), light.name
     if not scene.world.is_black:
-        yield scene.world.strength * largest_size(scene.world.color), "World"
+        yield abs(scene.world.strength) * largest_light(scene.world.color), "World"
     for material in materials:
         if (radiance := _emitted(material)) > 0:
             yield radiance, material.name
@@ -284,5 +283,5 @@ def _emitted(material: Material) -> float:
     found = 0.0
     for color, amount in emissions_of(material.surface):
         strength = abs(float(amount)) if isinstance(amount, (int, float)) else 1.0
-        found = max(found, strength * max(largest_size(part) for part in paint_parts(color)))
+        found = max(found, strength * max(largest_light(part) for part in paint_parts(color)))
     return found

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_ERROR, How
 from spectral_core.render.plan.fluorescence import error_without_dyes
-from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, shown_materials
+from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, largest_light, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
@@ -183,7 +183,7 @@ def _environment(found: Found) -> Effect:
     is_image = any(world.is_image for world in parts)
     kind = "image" if is_image else "constant"
     reason = "an image surrounds the scene" if is_image else "the world has one color everywhere"
-    radiance = max(world.strength * bounds.largest_size(world.color) for world in parts) * found.scene.film.exposure
+    radiance = max(abs(world.strength) * largest_light(world.color) for world in parts) * found.scene.film.exposure
     levels = (Level(kind), Level("none", bounds.error_of_light(radiance), SMALL_SHARE))
     return Effect("environment", levels, reason, "the world's light is missing", "bounded", (kind, "none"))
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from spectral_core.errors import InvalidInputError
+from spectral_core.render.mitsuba_scene.paint import emitted_rgb
 from spectral_core.scene import (
     AreaLight,
     Color,
@@ -244,6 +247,25 @@ def largest_size(paint: Any) -> float:
         least = 1.0 if isinstance(paint, DrawnPattern) else 0.0  # its details may be brighter than its pixels
         return float(np.max(np.abs(paint.pixels[..., :3]), initial=least))
     return 1.0 if isinstance(paint, _IMAGES) else 0.0
+
+
+def largest_light(paint: Any) -> float:
+    """Largest magnitude of the light that a paint of strength 1 emits, in any channel.
+
+    A spectrum is emitted with Y = 1 whatever the unit of its values.
+    """
+    if isinstance(paint, MixedPaint):
+        return max(map(largest_light, paint_parts(paint)))
+    return _largest_channel(paint) if isinstance(paint, Spectrum) else largest_size(paint)
+
+
+@lru_cache(256)
+def _largest_channel(light: Spectrum) -> float:
+    """The same of a spectrum; many lamps have one in common. 0 for one without luminance, which no renderer takes."""
+    try:
+        return float(np.abs(emitted_rgb(light)).max())
+    except InvalidInputError:
+        return 0.0
 
 
 def _share(paint: Any) -> float:

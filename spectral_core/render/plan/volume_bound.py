@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from spectral_core.render.plan.bounds import error_of_light, error_of_share, irradiance_along
-from spectral_core.render.plan.inventory import largest_size
+from spectral_core.render.plan.inventory import largest_light
 from spectral_core.scene import Scene
 from spectral_core.scene.geometry import VolumeObject, index_box, placed, unit_box
 from spectral_core.volume.transfer import interpolate
@@ -32,7 +32,12 @@ def error_of_volumes(scene: Scene) -> float:
         if lit == 0.0:
             continue
         light += lit / length * irradiance_along(scene, box, length)
-        light += lit * np.pi * scene.world.strength * (0.0 if scene.world.is_black else largest_size(scene.world.color))
+        light += (
+            lit
+            * np.pi
+            * abs(scene.world.strength)
+            * (0.0 if scene.world.is_black else largest_light(scene.world.color))
+        )
     return error_of_share(share) + error_of_light(light * scene.film.exposure)
 
 

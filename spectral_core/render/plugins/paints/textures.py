@@ -58,6 +58,9 @@ def register(mi: Any, dr: Any) -> None:
             self.color, self.amount = properties["color"], properties["amount"]
             self.colored = properties.get("colored", False)
 
+        def is_spatially_varying(self) -> bool:
+            return any(part.is_spatially_varying() for part in (self.color, self.amount))
+
         def eval(self, si: Any, active: Any = True) -> Any:
             amount = self.amount.eval(si, active) if self.colored else self.amount.eval_1(si, active)
             return self.scale * self.color.eval(si, active) * amount

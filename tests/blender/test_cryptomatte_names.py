@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Names and ids in the headers of cryptomattes, beside those that Cycles wrote for the same names."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from spectral_core.scene.passes import Passes
+
+bpy = pytest.importorskip("bpy")
+
+OF_CYCLES = {"default_surface": "78d05529", "m é": "053f2cdc", "Plätte 中": "4c227b01"}
+"""Of Blender 5.0; an object without a material has the first one in the cryptomatte of materials."""
+
+
+@pytest.fixture
+def manifests(build, translate):
+    """Texts of the manifests of a picture with one object without and one with a material."""
+    from blender_addon.translate.passes import cryptomatte_header
+
+    build.plane("Plätte 中")
+    build.plane("Other", material=build.material("m é", "ShaderNodeEmission"))
+    scene = translate()
+    wanted = replace(scene.settings, passes=Passes(("CryptoObject", "CryptoMaterial")))
+    entries = cryptomatte_header(replace(scene, settings=wanted), "ViewLayer")
+    return {entries[key.replace("manifest", "name")]: text for key, text in entries.items() if "manifest" in key}
+
+
+def test_an_object_without_a_material_has_the_id_that_cycles_gives_it(manifests):
+    """Its id was that of the name "No material", by which no node of Blender finds it."""
+    names = json.loads(manifests["ViewLayer.CryptoMaterial"])
+    assert names == {name: OF_CYCLES[name] for name in ("default_surface", "m é")}
+
+
+def test_names_beyond_ascii_are_written_as_they_are(manifests):
+    """Blender's own reader knows no code such as "u00e4" after a backslash: it showed another name."""
+    text = manifests["ViewLayer.CryptoObject"]
+    assert '"Plätte 中"' in text and json.loads(text)["Plätte 中"] == OF_CYCLES["Plätte 中"]
+
+
+def test_a_linked_material_has_its_plain_name(build, translate, tmp_path):
+    """The library was a part of the hashed name."""
+    path = str(tmp_path / "lib.blend")
+    bpy.data.libraries.write(path, {build.material("Paint", "ShaderNodeEmission")}, fake_user=True)
+    bpy.data.materials.remove(bpy.data.materials["Paint"])
+    with bpy.data.libraries.load(path, link=True) as (_, wanted):
+        wanted.materials = ["Paint"]
+    build.plane(material=bpy.data.materials["Paint"])
+    (material,) = translate().materials
+    assert material.name != "Paint" and material.shown_as == "Paint"
