@@ -183,12 +183,15 @@ def _decided(problem: Quadratic, answer: Answer) -> tuple[Answer, bool, bool | N
     point, miss = nearest_point(problem)
     if miss > HELD:
         return answer if answer.infeasible else _compromise(problem, answer), True, None
-    if forced_black(problem):
-        # The same compromise, whether the engine has found the black optimum or not.
-        colored = _beside_black(problem, answer)
-        if colored is not None or answer.infeasible:
-            return colored or answer, True, True
-    return _on_rows_of(problem, answer, point), True, None
+    if not forced_black(problem):
+        return _on_rows_of(problem, answer, point), True, None
+    # The same compromise, whether the engine has found the black optimum or not.
+    colored = _beside_black(problem, answer)
+    if colored is not None:
+        return colored, True, True
+    # No cell wants a color: weights in place of the exact rows would only hide a part of the smoothness.
+    found = _on_rows_of(problem, answer, point)
+    return found if found.check.passed else answer, True, True
 
 
 def _on_rows_of(problem: Quadratic, answer: Answer, point: Array) -> Answer:
