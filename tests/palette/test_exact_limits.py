@@ -57,8 +57,9 @@ def test_palettes_that_were_refused_although_they_hold(seed: int) -> None:
 
 
 def test_the_last_digits_of_the_lights_do_not_decide_whether_a_palette_is_solved() -> None:
-    """For 8 of the 16 from 0 on the first answer passed the check, and 19 % of its roughness could be saved. For 9 of 100
-    changes, others on each processor, the last answer had weights in place of the exact rows.
+    """For 8 of the 16 from 0 on the first answer passed the check, and 19 % of its roughness could be saved.
+
+    For 9 of 100 changes, others on each processor, the last answer had weights in place of the exact rows.
     """
     problem, _ = limiting_problem(84)
     for step in range(-20, 20):
