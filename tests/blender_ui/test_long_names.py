@@ -231,11 +231,11 @@ def test_names_that_blender_has_words_for_are_not_translated(blender):
 
 def test_faders_of_the_inputs_of_one_node_are_told_apart(blender):
     """The panel cut the middle out of their data paths, where they differ, and the second number out of an order."""
+    from blender_addon import compat
     from blender_addon.panels.board import _draw_bindings
 
     paint = bpy.data.materials.new("Paint")
-    paint.use_nodes = True
-    node = next(each for each in paint.node_tree.nodes if each.type == "BSDF_PRINCIPLED")
+    node = next(each for each in compat.use_nodes(paint).nodes if each.type == "BSDF_PRINCIPLED")
     board, layout = bpy.context.scene.spectral.board, Texts()
     paths = [
         f'bpy.data.materials["Paint"].node_tree.nodes["{node.name}"].inputs[{number}].default_value'

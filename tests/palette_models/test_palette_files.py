@@ -214,7 +214,7 @@ def test_abbreviations_of_documents(tmp_path: Path) -> None:
         (HEAD.replace('"D65"', "{values = [1]}"), r"lights\[0\]\.spectrum\.values has 1 entries; expected at least 2"),
         (HEAD.replace('"D65"', "3"), r"lights\[0\]\.spectrum is 3; expected a"),
         (HEAD.replace("step_nm = 10", "step_nm = 7"), r"no whole number of steps of 7 nm"),
-        (HEAD.replace("step_nm = 10", "step_nm = 1e-3"), r"400 to 700 nm by 0\.001 nm; expected at most 100000 steps"),
+        (HEAD.replace("step_nm = 10", "step_nm = 1e-4"), r"step_nm is 0\.0001"),
         (
             HEAD.replace("start_nm = 400", "start_nm = -3e12"),
             r"start_nm is -3000000000000\.0 nm; expected a value from",

@@ -232,7 +232,7 @@ def test_numbers_that_are_not_finite_are_refused(bad):
         lambda: replace(LAMP, radius=bad),
         lambda: SunLight(name="sun", world_from_light=np.eye(4), irradiance=bad * 1e38),
         lambda: AreaLight(name="area", world_from_light=np.eye(4), size=(1.0, bad)),
-        lambda: World(strength=bad),
+        lambda: World(strength=bad * 1e38),  # as negative power
         lambda: Falloff(0, bad),
         lambda: LightPaths(clamp_direct=bad),
     ):

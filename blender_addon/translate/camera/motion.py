@@ -180,7 +180,7 @@ def _key(depsgraph: Any, camera: Any, parts: dict[Owners, tuple[int, int]], name
         {light.name: light for light in found.lights},
     )
     meshes = {item.mesh: deforming for item, (_, deforming) in own}  # the last instance decides, as in Cycles
-    moving = parts.get(chosen.name_full, (2, 2))[0] if chosen is not None else 0
+    moving = parts.get((chosen.original.session_uid, 0), (2, 2))[0] if chosen is not None else 0
     return key, _Steps(moving, {item.name: motion for item, (motion, _) in own}, meshes)
 
 

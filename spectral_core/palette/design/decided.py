@@ -183,15 +183,12 @@ def _decided(problem: Quadratic, answer: Answer) -> tuple[Answer, bool, bool | N
     point, miss = nearest_point(problem)
     if miss > HELD:
         return answer if answer.infeasible else _compromise(problem, answer), True, None
-    if not forced_black(problem):
-        return _on_rows_of(problem, answer, point), True, None
-    # The same compromise, whether the engine has found the black optimum or not.
-    colored = _beside_black(problem, answer)
-    if colored is not None:
+    is_black = bool(forced_black(problem))
+    # The same compromise, whether the engine has found the black optimum or not; none if no cell wants a color.
+    if is_black and (colored := _beside_black(problem, answer)) is not None:
         return colored, True, True
-    # No cell wants a color: weights in place of the exact rows would only hide a part of the smoothness.
     found = _on_rows_of(problem, answer, point)
-    return found if found.check.passed else answer, True, True
+    return answer if is_black and not found.check.passed else found, True, is_black or None
 
 
 def _on_rows_of(problem: Quadratic, answer: Answer, point: Array) -> Answer:
