@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from spectral_core.render.live import pace as pace_module
+from spectral_core.render.live import picture as live_picture
 from spectral_core.render.live.area import PixelArea
 from spectral_core.render.live.in_place.changes import difference
 from spectral_core.render.live.messages import AreaName
@@ -172,6 +175,33 @@ def test_after_an_unexpected_error_the_scene_is_loaded_anew_once(
 
 def _name(area: PixelArea) -> AreaName:
     return AreaName(area.path, area.pixels)
+
+
+def test_the_time_left_leaves_out_the_first_launch(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It compiles: a minute of it made the rest an hour."""
+    stage = Stage()
+    stage.show(scene)
+    stage.activate()
+    viewpoint = Viewpoint.of_camera(scene.camera, scene.film)
+    stage.look_from(viewpoint)
+    picture = ViewPicture(stage.launcher, ViewRequest("stage", viewpoint, WIDTH, HEIGHT, 4, 0), 4)
+    clock, launch, seconds = [0.0], picture._launch, iter([60.0])
+
+    def launched(*arguments: Any) -> tuple[Any, float]:
+        took = next(seconds, 1.0)
+        clock[0] += took
+        return launch(*arguments)[0], took
+
+    monkeypatch.setattr(picture, "_launch", launched)
+    monkeypatch.setattr(live_picture, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    assert picture.left_s == 0.0
+    picture.step()
+    assert picture.left_s == 0.0
+    picture.step()
+    assert picture.left_s == pytest.approx(4 * 16 - 2)
+    while not picture.is_done:
+        picture.step()
+    assert picture.left_s == 0.0
 
 
 def test_a_picture_read_after_each_launch_equals_one_read_at_the_end(scene: Scene) -> None:

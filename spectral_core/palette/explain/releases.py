@@ -214,7 +214,7 @@ class _PartAssembler(Assembler):
 
 
 def _rows_elsewhere(whole: Assembled, lines: Collection[int], axis: int) -> Array:
-    """Squared weights, not scaled, of the soft rows of a side that belong to none of some lines."""
+    """Squared weights of a side's soft rows outside of ``lines``, as the artist gave them, not scaled."""
     quadratic, groups, scale = whole.quadratic, whole.view.requests.groups, whole.view.requests.weight_scale
     blocks = zip(whole.items, quadratic.blocks, strict=True)
     own = [block.soft_weights for item, block in blocks if item not in lines]

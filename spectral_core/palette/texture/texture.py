@@ -89,7 +89,8 @@ class SpectralTexture:
         weights.setflags(write=False)
         object.__setattr__(self, "weights", weights)
         object.__setattr__(self, "spectra", frozen_array("spectra", self.spectra, (len(weights), TEXTURE_GRID.size)))
-        # The bits of a half float in [0, 1] are at most those of 1; negative, infinite and NaN ones are larger, and -0.
+        # The bits of a half float in [0, 1] are at most those of 1. Those of -0, and of negative, infinite and NaN
+        # numbers, are larger; -0 is looked at again.
         is_outside = int(weights.view(np.uint16).max(initial=0)) > _BITS_OF_ONE
         is_outside = is_outside and not (weights.min() >= 0 and weights.max() <= 1)
         sums = self.spectra.sum(axis=0)

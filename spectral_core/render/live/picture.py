@@ -82,7 +82,7 @@ class ViewPicture:
         """Samples that every pixel has so far."""
         self.launches = 0
         self._shown = 0.0
-        self._done, self._first = 0, (0.0, 0)
+        self._done, self._first = 0, (0.0, 0)  # samples so far; time and samples at the end of the first launch
         self.seconds = 0.0
         self.latest: Launched | None = None
         """The latest launch; None before the first one and after one of albedo and normals."""

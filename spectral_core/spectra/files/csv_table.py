@@ -98,7 +98,7 @@ def _rows(path: Path, statements: Statements) -> list[Row]:
         if line.strip() == "BEGIN_DATA_FORMAT":
             raise FileFormatError(
                 f"{path}, line {n}: a measurement file of CGATS or Argyll; expected a table: keep its line of field "
-                "names and its lines of data, of these one column of names and the columns of wavelengths"
+                "names and its lines of data, with one column of names and the columns of wavelengths"
             )
     marked = _spreadsheet_mark(kept[0][1]) if len(kept) > 1 else None
     kept = kept if marked is None else kept[1:]
