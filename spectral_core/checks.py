@@ -36,6 +36,15 @@ def frozen_array(
     return array
 
 
+AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
+
+
+def read_only(array: AnyArray) -> AnyArray:
+    """The same array, read-only: one that is kept for later calls would change for all of them."""
+    array.setflags(write=False)
+    return array
+
+
 Frozen = TypeVar("Frozen")
 
 

@@ -92,11 +92,14 @@ def _measured(recipe: LampRecipe) -> tuple[float, float, float]:
 
 
 def _paints(trials: int) -> dict[str, Any]:
-    grid = SpectralGrid.uniform(400, 700, 10)
-    spectra = np.stack([reflectance(name).at(grid.wavelengths_nm) for name in PAINTS])
+    measured = SpectralGrid.uniform(400, 700, 10)
+    given = np.stack([reflectance(name).at(measured.wavelengths_nm) for name in PAINTS])
     lights = [illuminant("D65"), illuminant("A")]
+    # Paints are measured at every second knot of the targets: between these the color of a recipe would be another one.
+    grid = SpectralGrid.uniform(400, 700, 5)
+    spectra = np.stack([np.interp(grid.wavelengths_nm, measured.wavelengths_nm, each) for each in given])
     matrix = stimulus_matrix(lights, grid)
-    colorants = Colorants("paints", PAINTS, grid, spectra)
+    mixed = Colorants("paints", PAINTS, grid, spectra)
     rng = np.random.default_rng(8)
     rows, disagreement, dosage = {}, 0.0, 0.0
 
@@ -104,13 +107,13 @@ def _paints(trials: int) -> dict[str, Any]:
         return lab_from_linear_rgb((matrix @ values).reshape(2, 3))
 
     for name in ("dark skin", "foliage", "purple", "orange"):
-        recipe = material_recipe(colorants, reflectance(name), lights)
+        recipe = material_recipe(Colorants("paints", PAINTS, measured, given), reflectance(name), lights)
         ratio = sum(a * (1 - s) ** 2 / (2 * s) for a, s in zip(recipe.amounts, spectra, strict=True))
         made = 1 + ratio - np.sqrt(ratio**2 + 2 * ratio)
         errors = delta_e_2000(lab(made), lab(reflectance(name).at(grid.wavelengths_nm)))
         disagreement = max(disagreement, float(np.abs(errors - recipe.delta_e).max()))
         dosed = recipe.amounts * (1 + 0.02 * rng.normal(size=(trials, len(PAINTS))))
-        noise = np.mean([delta_e_2000(lab(colorants.reflectance(row)), lab(made)) for row in dosed], axis=0)
+        noise = np.mean([delta_e_2000(lab(mixed.reflectance(row)), lab(made)) for row in dosed], axis=0)
         dosage = max(dosage, float(np.abs(recipe.dosage_delta_e / noise - 1).max()))
         rows[name] = {"delta_e": recipe.delta_e, "dosage": recipe.dosage_delta_e, "dosage_measured": noise}
         print(

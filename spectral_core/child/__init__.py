@@ -58,7 +58,10 @@ def trusted_path() -> list[str]:
     If this package was imported from one of these entries, that entry comes last: no other file of its folder can then
     hide an installed package.
     """
-    here = os.path.realpath(os.curdir)
+    try:
+        here = os.path.realpath(os.curdir)
+    except OSError:  # it is deleted, so no module lies in it
+        here = ""
     user_site = os.path.realpath(site.getusersitepackages()) if site.ENABLE_USER_SITE is not None else ""
     installed = tuple(os.path.realpath(prefix) + os.sep for prefix in {sys.prefix, sys.base_prefix, sys.exec_prefix})
 

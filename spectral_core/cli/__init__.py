@@ -15,6 +15,7 @@ import importlib
 import pkgutil
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from types import ModuleType
 
 from spectral_core import __version__
@@ -121,11 +122,21 @@ def _run(given: list[str], packages: Sequence[str], program: list[str]) -> int:
     except OSError as error:
         if error.filename is None and not terminal.takes_output():
             raise  # `completed` names the output
-        named = f"{error.filename}: " if error.filename is not None else ""
-        return _failed(parsed, error, f"{named}{error.strerror or error}")
+        return _failed(parsed, error, _reason(error))
     except KeyboardInterrupt:
         print(f"spectral-scene {parsed.command}: stopped", file=sys.stderr)
         return terminal.STOPPED
+
+
+def _reason(error: OSError) -> str:
+    """What the system refused, with the file's name if it states one."""
+    if error.filename is not None:
+        return f"{error.filename}: {error.strerror or error}"
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return "the current folder is deleted; change to another one"
+    return error.strerror or str(error)
 
 
 def _failed(parsed: argparse.Namespace, error: Exception, message: str, status: int = 1) -> int:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_kind
+from spectral_core.checks import frozen_array, read_only, read_only_when_copied, require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.classes import LatticeClass, lattice_classes
 from spectral_core.lattice.polynomials import CharacteristicPolynomial
@@ -26,6 +26,7 @@ MAX_LOG_SCALE = 12.0
 At the limit figures of merit still keep about 10 of 16 digits."""
 
 
+@read_only_when_copied
 @dataclass(frozen=True, eq=False)
 class Lattice:
     """A lattice of unit density (|det G| = 1) that contains a rotated copy of itself, α times larger."""
@@ -65,18 +66,18 @@ class Lattice:
     @functools.cached_property
     def dilation(self) -> NDArray[np.int64]:
         """K, (n, n) integers: GK = QG generates the next coarser level."""
-        return self.lattice_class.dilation
+        return read_only(self.lattice_class.dilation)
 
     @functools.cached_property
     def basis_change(self) -> NDArray[np.int64]:
         """Unimodular T, (n, n), that makes G T an LLL-reduced basis of the same lattice."""
-        return lll(self.generator)
+        return read_only(lll(self.generator))
 
     @functools.cached_property
     def reduced(self) -> NDArray[np.float64]:
         """LLL-reduced generator G T, (n, n); its dilation is T⁻¹ K T."""
         reduced: NDArray[np.float64] = self.generator @ self.basis_change
-        return reduced
+        return read_only(reduced)
 
     def residuals(self) -> tuple[float, float]:
         """max |QG - GK| / max |G| and max |QᵀQ - α²I|; both are rounding errors (below 1e-12)."""
@@ -116,10 +117,8 @@ def build_lattice(
     generator = np.exp(0.5 * np.repeat(logs, sizes))[:, None] * blocks
     generator /= np.exp(np.linalg.slogdet(generator)[1] / len(generator))
     rotation = scaled_rotation(lattice_class.polynomial)
-    for array in (logs, generator, rotation):
-        array.setflags(write=False)
     default = "unit scales" if log_scales is None else "given scales"
-    return Lattice(lattice_class, logs, generator, rotation, criterion or default)
+    return Lattice(lattice_class, read_only(logs), read_only(generator), read_only(rotation), criterion or default)
 
 
 def class_of(

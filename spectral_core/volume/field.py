@@ -17,7 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range, require_unmasked
+from spectral_core.checks import (
+    frozen_array,
+    read_only,
+    read_only_when_copied,
+    require_finite,
+    require_range,
+    require_unmasked,
+)
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.fill_values import range_without_fill_values
 
@@ -84,20 +91,19 @@ class ScalarVolume:
         """The inverse of ``world_from_index``, 4×4: world to index coordinates."""
         inverse = np.linalg.inv(self.world_from_index)
         inverse[3] = (0.0, 0.0, 0.0, 1.0)
-        inverse.setflags(write=False)
-        return inverse
+        return read_only(inverse)
 
     @cached_property
     def corners_world(self) -> NDArray[np.float64]:
         """The eight corners of the filled box in world coordinates, shape (8, 3)."""
         n = np.array(self.shape, dtype=np.float64)
         unit = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), dtype=np.float64).reshape(3, 8).T
-        return (unit * n - 0.5) @ self.world_from_index[:3, :3].T + self.world_from_index[:3, 3]
+        return read_only((unit * n - 0.5) @ self.world_from_index[:3, :3].T + self.world_from_index[:3, 3])
 
     @cached_property
     def voxel_size(self) -> NDArray[np.float64]:
         """World length of one voxel along each index axis, shape (3,)."""
-        return np.linalg.norm(self.world_from_index[:3, :3], axis=0)
+        return read_only(np.linalg.norm(self.world_from_index[:3, :3], axis=0))
 
     def require_renderable(self) -> None:
         """Raise InvalidInputError for voxels shorter than ``LEAST_VOXEL`` or longer than ``GREATEST_VOXEL``."""

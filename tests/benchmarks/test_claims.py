@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import __main__ as program
+from benchmarks.program import recipes
 
 
 def claims_of(file: Path) -> list[ast.expr]:
@@ -40,3 +41,23 @@ def test_claims_are_printed_and_the_last_line_holds_them(capsys: pytest.CaptureF
     assert len(holds) >= 4
     assert all(holds.values())
     assert [f"holds  {claim}" for claim in holds] == lines[-1 - len(holds) : -1]
+
+
+def test_help_after_a_name_lists_the_words_that_it_reads(capsys: pytest.CaptureFixture[str]) -> None:
+    """It listed only the options that all benchmarks have."""
+    assert program.main(["fuzz", "--help"]) == 0
+    assert "words of fuzz: --seconds N, --inputs N, --seed N" in capsys.readouterr().out
+    assert program.main(["relight-memory", "-h"]) == 0
+    assert "words of relight-memory: STORAGE WIDTH HEIGHT" in capsys.readouterr().out
+
+
+def test_without_a_name_json_is_an_object_and_wrong_words_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["--json"]) == 0
+    assert json.loads(capsys.readouterr().out).keys() == program.known().keys()
+    assert program.main(["--qick"]) == 2
+    assert "--qick" in capsys.readouterr().err
+
+
+def test_recipes_of_paints_are_those_of_an_independent_formula() -> None:
+    """The benchmark compared at the knots of the paints alone, so its claim failed once recipes used those between."""
+    assert recipes._paints(20)["largest_disagreement"] < 1e-6

@@ -14,8 +14,11 @@ from typing import Any, NoReturn
 from spectral_core.cli.shared.terminal import one_line
 from spectral_core.errors import InvalidInputError
 
-NEGATIVE = re.compile(r"-\.?\d")
-"""Start of a word that is a value, not an option: no option of a command starts with a digit."""
+NEGATIVE = re.compile(r"-(\.?\d|(inf|infinity|nan)$)", re.IGNORECASE)
+"""Start of a word that is a value, not an option: no option of a command starts with a digit or is named so."""
+
+_STORE = type(argparse.ArgumentParser().add_argument("--option"))
+"""Class of options that keep one value; argparse gives it no public name."""
 
 
 class CommandParser(argparse.ArgumentParser):
@@ -25,6 +28,22 @@ class CommandParser(argparse.ArgumentParser):
         super().__init__(*given, **options)
         # argparse of before Python 3.14 takes only -1 and -1.5 for numbers, and other such words for options
         self._negative_number_matcher = NEGATIVE
+
+    def parse_known_args(self, *given: Any, **options: Any) -> Any:
+        """The arguments and the words that are left, see argparse; an option that is given twice is refused."""
+        self._given: dict[str, Any] = {}
+        return super().parse_known_args(*given, **options)
+
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
+        """The value of an argument. Of two different ones for an option, argparse would take the last in silence."""
+        value = super()._get_values(action, arg_strings)
+        if action.option_strings and type(action) is _STORE:
+            first = self._given.setdefault(action.dest, value)
+            if first != value:
+                raise argparse.ArgumentError(
+                    action, f"given twice, as {_words(first)} and {_words(value)}; give it once"
+                )
+        return value
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
         """The value of a word. An empty one is what a shell makes of a variable that is not set: it is refused.
@@ -77,6 +96,10 @@ def _option_of(action: argparse.Action, value: Any) -> str:
     if isinstance(action, argparse.BooleanOptionalAction) and value:
         return action.option_strings[0]
     return action.option_strings[-1] if action.option_strings else action.dest
+
+
+def _words(value: Any) -> str:
+    return " ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
 def _with_home(word: str) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import read_only
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.spectra.catalogue import blackbody
 from spectral_core.spectra.observer import integration_points, observer
@@ -35,7 +36,7 @@ DAYLIGHT_FROM_K = 5000.0
 def xyz_from_spd() -> Array:
     """Matrix (3, n) from the power of a lamp at each whole nm to XYZ; exact for ``power_per_nm``."""
     eye, nm = observer(), LAMP_GRID.wavelengths_nm
-    return np.stack([np.interp(nm, eye.wavelengths_nm, row, left=0, right=0) for row in eye.cmfs])
+    return read_only(np.stack([np.interp(nm, eye.wavelengths_nm, row, left=0, right=0) for row in eye.cmfs]))
 
 
 def power_per_nm(lamp: Spectrum) -> Array:
@@ -119,7 +120,7 @@ def daylight_spd(kelvin: float) -> Array:
     colour = colour_science()
     x_y = colour.temperature.CCT_to_xy_CIE_D(kelvin)
     daylight = colour.sd_CIE_illuminant_D_series(x_y)
-    return np.interp(LAMP_GRID.wavelengths_nm, daylight.wavelengths, daylight.values)
+    return read_only(np.interp(LAMP_GRID.wavelengths_nm, daylight.wavelengths, daylight.values))
 
 
 def colour_science() -> Any:
