@@ -39,7 +39,7 @@ class CommandParser(argparse.ArgumentParser):
         value = super()._get_values(action, arg_strings)
         if action.option_strings and type(action) is _STORE:
             first = self._given.setdefault(action.dest, value)
-            if first != value:
+            if _words(first) != _words(value):  # as words: NaN differs from itself
                 raise argparse.ArgumentError(
                     action, f"given twice, as {_words(first)} and {_words(value)}; give it once"
                 )
