@@ -191,8 +191,6 @@ class Sweep:
 
     def compare(self, reference: dict[str, Any]) -> None:
         """Compute the reference point where it is missing and measure every picture against it."""
-        from spectral_core.explore.features.compare import compare_rows
-
         views = self.store.project.views
         key = self.store.key(reference)
         if views.get(REFERENCE_KEY, {}).get("key") != key:
@@ -204,12 +202,21 @@ class Sweep:
                 write_whole(self.store.folder / "image" / name, content)
             views[REFERENCE_KEY] = {"key": key, "files": receipt.record["files"], "parameters": reference}
             self.store.save_project()
-        files = views[REFERENCE_KEY]["files"]
-        picture = files.get("FILE_linear") or files.get("FILE")
-        if picture is None:
-            raise InvalidInputError("the points have no picture to compare; remove [reference] from the sweep file")
-        compare_rows(self.store, picture)
-        self.store.write_table()
+        compare_with_stored(self.store)
+
+
+def compare_with_stored(store: Store) -> None:
+    """Measure every picture against that of the reference, if it was computed. InvalidInputError without pictures."""
+    from spectral_core.explore.features.compare import compare_rows
+
+    reference = store.project.views.get(REFERENCE_KEY)
+    if reference is None:
+        return
+    picture = reference["files"].get("FILE_linear") or reference["files"].get("FILE")
+    if picture is None:
+        raise InvalidInputError("the points have no picture to compare; remove [reference] from the sweep file")
+    compare_rows(store, picture)
+    store.write_table()
 
 
 def meanings(space: Space) -> list[tuple[Any, ...]]:
