@@ -18,12 +18,10 @@ from typing import Any
 
 from spectral_core.cli.shared.outputs import require_apart
 from spectral_core.cli.shared.outputs import require_outputs as _require_outputs
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, first_of
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
 from spectral_core.files.guarded import no_file
 from spectral_core.scene import Scene
 
-MOST_LOST = 8
-"""Missing data of a library that a note names."""
 GOALS = {"samples": "SAMPLES", "target_error": "ERROR", "time_budget": "TIME"}
 """Options that end the sampling, and the file's setting for it, which may be another one."""
 
@@ -193,26 +191,10 @@ def _without_interrupts() -> Iterator[None]:
 
 
 def missing_files() -> list[str]:
-    """Notes on linked libraries that were not found, and on data that a library no longer has: the picture lacks them.
+    """Notes on libraries of the open file: the picture lacks what was not found."""
+    from ..editing.libraries import library_notes
 
-    A library that is packed into the file, or whose data are, has no file where its path leads.
-    """
-    import bpy
-
-    notes: list[str] = []
-    lost: dict[Any, list[str]] = {library: [] for library in bpy.data.libraries}
-    for block in bpy.data.user_map():
-        if block.library is not None and block.is_missing:  # an empty one of Blender's is in its place
-            lost[block.library].append(f"{block.bl_rna.name.lower()} {block.name!r}")
-    for library, names in lost.items():
-        if library.is_missing:
-            is_there = Path(bpy.path.abspath(library.filepath)).is_file()
-            why = "cannot be read" if is_there else "was not found"
-            notes.append(f"{library.name}: the linked library {library.filepath} {why}; its contents are missing")
-        elif names:
-            shown = first_of(sorted(names), len(names), MOST_LOST)
-            notes.append(f"{library.name}: the linked library {library.filepath} does not have {shown}")
-    return notes
+    return library_notes()
 
 
 def require_outputs(outputs: Iterable[Path], of_views: Iterable[Path] = ()) -> None:

@@ -204,7 +204,7 @@ def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
         result["sensitivity"] = steps.print_sensitivity(store, arguments.sensitivity)
     if arguments.propose:
         result["proposal"] = steps.proposed_point(store, arguments.propose)
-        print(f"next: {json.dumps(result['proposal'])}")
+        print(f"next: {json.dumps(result['proposal'], ensure_ascii=False)}")
     if arguments.region:
         result["region"] = steps.region_of_label(store, *arguments.region)
         print(toml_text({"region": result["region"]}), end="")

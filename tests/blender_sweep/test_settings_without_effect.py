@@ -62,3 +62,43 @@ def test_a_small_range_far_from_the_origin_is_swept(scene: Any, tmp_path: Any) -
     """The range is below the rounding of the largest coordinate: it was refused for a constraint that is not there."""
     bpy.data.objects["Plane"].location[0] = 500000
     assert not notes(tmp_path, Parameter("height", 0, 0.4, path=HEIGHT))
+
+
+@pytest.mark.parametrize("name", ["samples", "seed"])
+def test_samples_of_another_scene_leave_those_of_the_sweep(scene: Any, tmp_path: Any, name: str) -> None:  # noqa: F811
+    """The points were rendered with the samples of the file, and with one seed, because those of a scene that nobody
+    renders were swept.
+    """
+    for each in (bpy.data.scenes.new("Other"), scene):
+        each.spectral.render.samples, each.render.resolution_percentage = 9, 50
+    path = 'bpy.data.scenes["{}"].spectral.render.' + name
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    swept = Parameter("other", 3, 7, kind="integer", path=path.format("Other"))
+    node = node_of(tmp_path, swept, Parameter("watts", 1, 100, path=KEY), percentage=100)
+    made = node.scene({"other": 5, "watts": 10.0}, 42)
+    assert (made.film.samples, made.film.seed, made.film.width) == (2, 42, 32)
+    assert not any("are not used" in line for line in node.describe())
+    own = node_of(tmp_path, Parameter("own", 3, 7, kind="integer", path=path.format("Scene")), percentage=100)
+    film = own.scene({"own": 5}, 42).film
+    assert (film.samples, film.seed) == ((5, 42) if name == "samples" else (2, 5))
+
+
+def test_a_swept_size_replaces_that_of_the_sweep(scene: Any, tmp_path: Any) -> None:  # noqa: F811
+    path = 'bpy.data.scenes["Scene"].render.resolution_percentage'
+    node = node_of(tmp_path, Parameter("size", 50, 100, kind="integer", path=path), percentage=25)
+    assert [node.scene({"size": size}, 0).film.width for size in (50, 100)] == [16, 32]
+    assert "the size is swept, so the 25 % of the sweep are not used" in node.describe()
+
+
+def test_a_library_that_is_missing_is_named(scene: Any, tmp_path: Any) -> None:  # noqa: F811
+    """`render` names it; a sweep rendered pictures without its contents and said nothing."""
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {bpy.data.objects["Plane"]})
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, into):
+        into.objects = ["Plane"]
+    scene.collection.objects.link(into.objects[0])
+    bpy.data.objects["Plane", None].location.z = -1.0
+    power = Parameter("watts", 1, 100, path=KEY)
+    assert not notes(tmp_path, power)
+    (tmp_path / "library.blend").unlink()
+    (line,) = notes(tmp_path, power)
+    assert line.startswith("note: library.blend: the linked library") and "was not found" in line

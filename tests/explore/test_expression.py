@@ -144,3 +144,12 @@ def test_what_a_missing_text_decides_is_missing() -> None:
     assert evaluate("isnan(label)", columns) == evaluate('label == ""', columns) == [0.0, 1.0, 1.0, 0.0]
     assert evaluate('"none" if isnan(label) else label', columns) == ["good", "none", "none", "bad"]
     assert evaluate('where(x > 1, "far", "near") == "far"', columns) == [0.0, 1.0, None, 1.0]
+
+
+def test_a_missing_number_beside_a_text_is_missing() -> None:
+    """It was the text nan, a category of its own on the page."""
+    columns = {"y": [1.5, None, None, 4.0], "kind": ["a", "a", "b", None]}
+    assert evaluate('where(kind == "a", y, "none")', columns) == ["1.5", "", "none", ""]
+    assert evaluate('"none" if kind == "b" else y', columns) == ["1.5", "", "none", ""]
+    assert evaluate('isnan(where(kind == "a", y, "none"))', columns) == [0.0, 1.0, 0.0, 1.0]
+    assert evaluate('where(y > 1, kind, "")', columns) == ["a", "", "", ""]

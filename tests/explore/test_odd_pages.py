@@ -92,3 +92,61 @@ def test_a_page_leaves_out_the_thumbnail_of_a_picture_of_too_many_pixels(tmp_pat
         read_display(tmp_path / "image" / "big.png")
     table = PageTable("big", "big", {"a": [1.0], "FILE": ["image/big.png"]}, ["k"], {}, tmp_path)
     assert "big.png" in page_html(table)
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_large_whole_numbers_keep_their_digits(tmp_path: Path) -> None:
+    """Counts above 2^24 had the digits of the nearest 32-bit float, in the card, the legend and the CSV."""
+    counts = [16777217, 847730372, 1073741824, 2**53 - 1, 3, None]
+    halves = [0.5, 16777217.0, 2.5, 1.5, 4.5, 1.0]
+    table = PageTable("t", "whole", {"samples": counts, "mixed": halves, "x": [0.1] * 6}, list("abcdef"))
+    with Browser(900, 700) as page:
+        page.open(write_page(tmp_path / "page.html", table).resolve().as_uri())
+        rows = [line.split(",") for line in page.run("explorer.csv()").splitlines()[1:]]
+    assert [row[1] for row in rows] == [*map(str, counts[:-1]), "NaN"]
+    assert [float(row[2]) for row in rows] == halves and {row[3] for row in rows} == {"0.1"}
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_numbers_on_an_axis_keep_their_digits(tmp_path: Path) -> None:
+    """Three ticks of one axis read 1.0…+9."""
+    columns = {"a": [1.0, 2.0, 3.0], "big": [1073741824 + 8000 * i for i in range(3)], "near": [100020, 100070, 100110]}
+    with Browser(1000, 800) as page:
+        page.open(write_page(tmp_path / "page.html", PageTable("t", "axis", columns, list("abc"))).resolve().as_uri())
+        page.run("""globalThis.written = []; const draw = CanvasRenderingContext2D.prototype.fillText;
+        CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+          const width = this.measureText(text).width;
+          written.push([text, this.textAlign === "right" ? x - width : x]); draw.call(this, text, x, y); };
+        explorer.changed(); 0""")
+        written = page.run("written")
+        assert page.errors == []
+    assert {"1.0006e+5", "+10000"} <= {text for text, _ in written}
+    assert not any("…" in text for text, _ in written) and all(left >= 0 for _, left in written)
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_keys_work_after_a_variable_was_ticked_and_arrows_go_on_from_the_point_picked_last(tmp_path: Path) -> None:
+    """A ticked variable took all keys, the first arrow to the left skipped the last point, one after a click on a row
+    of the table went to its start, and a label without a selection became an empty column.
+    """
+    columns = {"a": [float(i) for i in range(9)], "b": [1.0, 2.0] * 4 + [3.0]}
+    with Browser(1000, 700) as page:
+        page.open(
+            write_page(tmp_path / "page.html", PageTable("t", "keys", columns, list("abcdefghi"))).resolve().as_uri()
+        )
+        page.key("ArrowLeft")
+        assert page.run("explorer.state.compare") == [8]
+        page.run("document.querySelector('#variables input').focus(); 0")
+        page.key("v")
+        assert page.run("explorer.state.view") == "parallel"
+        page.run("document.getElementById('label-text').focus(); 0")
+        page.key("v")
+        assert page.run("explorer.state.view") == "parallel"
+        page.run("document.activeElement.blur(); document.getElementById('view-table').click(); 0")
+        page.run("document.querySelectorAll('#table .rows .row')[5].click(); 0")
+        page.key("ArrowRight")
+        assert page.run("explorer.state.compare") == [5, 6]
+        page.run("document.getElementById('label').click(); 0")
+        assert page.run("[explorer.state.color, document.getElementById('status').textContent]") == [
+            "a", "Select points first; the label is written on them."]  # fmt: skip
+        assert page.errors == []

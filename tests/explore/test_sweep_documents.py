@@ -13,9 +13,10 @@ import pytest
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.sweep.designs import Design
 from spectral_core.explore.sweep.document import compute_node, read_sweep, sweep_of
-from spectral_core.explore.sweep.parameters import Parameter
+from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.project import Project
 from spectral_core.explore.sweep.region import RegionOfInterest
+from spectral_core.explore.sweep.sweep import difference, meanings
 from tests.settings_walk import ignored_settings
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -208,3 +209,21 @@ def test_a_sweep_file_that_is_none_is_refused_by_the_reader_of_all_documents(
     with pytest.raises(FileFormatError, match=message) as refused:
         read_sweep(tmp_path / "s.toml")
     assert "s.toml" in str(refused.value)
+
+
+def test_a_refused_folder_names_the_first_difference_of_its_parameters() -> None:
+    """That they differ was said alone, and a renamed lamp was to be guessed."""
+    lamp = Parameter("watts", 1, 100, path='bpy.data.lights["Key"].energy')
+    kind = Parameter("kind", kind="choice", choices=("POINT", "AREA"))
+    stored = Space((lamp, kind))
+    for here, said in (
+        (Space((lamp,)), "this sweep has no 'kind'"),
+        (Space((lamp, kind, Parameter("more"))), "the folder has no 'more'"),
+        (Space((Parameter("watts", 2, 9, path='bpy.data.lights["Sun"].energy'), kind)),
+         f"""'watts' has the path bpy.data.lights["Sun"].energy here, and {lamp.path} in the folder"""),
+        (Space((lamp, Parameter("kind", kind="choice", choices=("POINT", "SUN")))),
+         "'kind' has the choices POINT, SUN here, and POINT, AREA in the folder"),
+        (Space((kind, lamp)), "they have another order, which is watts, kind in the folder"),
+    ):  # fmt: skip
+        assert meanings(here) != meanings(stored) and difference(here, stored) == said
+    assert meanings(Space((Parameter("watts", 5, 6, "W", path=lamp.path), kind))) == meanings(stored)

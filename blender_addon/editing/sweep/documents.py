@@ -18,7 +18,7 @@ from spectral_core.errors import FileWriteError, InvalidInputError
 from spectral_core.explore.sweep.document import FORMAT, VERSION
 from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.store import Store, cdb_folder
-from spectral_core.explore.sweep.sweep import meanings
+from spectral_core.explore.sweep.sweep import difference, meanings
 from spectral_core.files.whole import make_folder
 
 from ..background import temporary
@@ -97,9 +97,10 @@ def _require_own_folder(scene: Scene, folder: Path, parameters: list[Parameter])
         if other != scene and len(other.spectral.sweep.parameters) and folder_of(other.spectral.sweep) == folder
     ]
     owner = next((other.name for other in others if _has_run(other)), None)
-    if meanings(Space(tuple(parameters))) != meanings(Store.project_of(folder).space):
+    space, stored = Space(tuple(parameters)), Store.project_of(folder).space
+    if meanings(space) != meanings(stored):
         also = f" (the scene {others[0].name!r} has this folder, too)" if others else ""
-        what = f"another sweep: its parameters differ{also}"
+        what = f"another sweep: its parameters differ{also}: {difference(space, stored)}"
     elif owner is not None and not _has_run(scene):
         what = f"the sweep of the scene {owner!r}"
     else:

@@ -32,6 +32,8 @@ from spectral_core.spectra.pictures import png_bytes
 from ...properties.render import ENGINE
 from ...translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
 from ..background import worker_command, worker_prelude
+from ..board.paths import block_at
+from ..libraries import library_notes
 from .settings import follow_palette, setting_at
 
 PACKAGE = __package__.rsplit(".", 2)[0]
@@ -61,8 +63,9 @@ class BlendNode:
 
     ``file``: the file. ``paths``: full data path by parameter. ``percentage`` and ``samples``: replace the file's
     output size and samples, None for those of the file. ``scene_name``: of the scene, "" for the one that the file
-    opens with. ``command``: of a worker. ``not_linear``: why no point can be re-lit, "" if points can.
-    ``notes``: lines on what is rendered in another way than the file states, and on settings that change nothing.
+    opens with. ``of_scene``: those of the paths that are settings of this scene. ``command``: of a worker.
+    ``not_linear``: why no point can be re-lit, "" if points can. ``notes``: lines on what is rendered in another way
+    than the file states or is missing, and on settings that change nothing.
     """
 
     file: str
@@ -70,6 +73,7 @@ class BlendNode:
     percentage: int | None = None
     samples: int | None = None
     scene_name: str = ""
+    of_scene: tuple[str, ...] = ()
     command: tuple[str, ...] = ()
     not_linear: str = ""
     notes: tuple[str, ...] = ()
@@ -92,8 +96,10 @@ class BlendNode:
         """
         paths = tuple((parameter.name, parameter.target) for parameter in space.parameters)
         require_set_once((f"the parameter {name}", path) for name, path in paths)
-        node = cls(str(file.resolve()), paths, percentage, samples, scene, worker_command())
+        node = cls(str(file.resolve()), paths, percentage, samples, scene, command=worker_command())
         node._open()
+        lacking = tuple(f"note: {each}" for each in library_notes())
+        node = replace(node, of_scene=tuple(path for _, path in paths if block_at(path)[0] == bpy.context.scene))
         for parameter in space.parameters:
             setting = setting_at(parameter.target)
             setting.require_kind(parameter.kind)
@@ -106,7 +112,8 @@ class BlendNode:
         mark = recording_mark(made) if node.relights else ""
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
         told = tuple(f"note: {note.subject}: {note.message}" for note in made.notes)
-        return replace(node, notes=told + node._notes(space), fingerprint=hashlib.sha256(said.encode()).hexdigest())
+        node = replace(node, notes=lacking + told + node._notes(space))
+        return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
     def _notes(self, space: Space) -> tuple[str, ...]:
         """Notes on settings that change no picture, or not over their whole range.
@@ -222,8 +229,8 @@ class BlendNode:
         return replace(scene, settings=replace(scene.settings, passes=None))  # none is stored
 
     def _sweeps(self, ending: str) -> bool:
-        """True if a render setting is swept, which the sweep's own setting then does not replace."""
-        return any(path.startswith("bpy.data.scenes[") and path.endswith(ending) for _, path in self.paths)
+        """True if a render setting of the scene is swept, which the sweep's own setting then does not replace."""
+        return any(path.endswith(ending) for path in self.of_scene)
 
     def _open(self) -> None:
         # another node of this process may have opened the same file since, and have set what this one does not set
@@ -241,7 +248,7 @@ class BlendNode:
         if self.scene_name:
             self._show_scene()
         bpy.context.scene.render.engine = ENGINE
-        if self.percentage is not None and not self._sweeps(SIZE_PATH):
+        if self.percentage is not None:  # each point sets a swept size anew
             bpy.context.scene.render.resolution_percentage = self.percentage
         self._kept["open"] = self.file
         _file_of.append(self._kept)

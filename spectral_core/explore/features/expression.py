@@ -255,7 +255,8 @@ def _joined(truths: Sequence[NDArray[np.float64]], *, is_and: bool) -> NDArray[n
 
 
 def _chosen(test: Any, body: Any, otherwise: Any) -> NDArray[Any]:
-    """``body`` where the test is true, ``otherwise`` where it is not; empty, or NaN, where it is missing."""
+    """``body`` where the test is true, ``otherwise`` where it is not; empty or NaN where the test or it is missing."""
     truth = _truth(test)
     found = np.where(truth == 1.0, body, otherwise)
-    return np.where(np.isnan(truth), "" if found.dtype.kind in "US" else np.nan, found)
+    missing = np.isnan(truth) | np.where(truth == 1.0, _missing(body), _missing(otherwise))
+    return np.where(missing, "" if found.dtype.kind in "US" else np.nan, found)

@@ -145,14 +145,15 @@ def _packed(name: str, values: Sequence[Any], about: Mapping[str, Any]) -> dict[
 
 
 def _encoded(column: NDArray[Any], *, exact: bool) -> dict[str, Any]:
-    """32-bit floats if seven digits represent all values, else 64-bit.
+    """32-bit floats if seven digits represent all values and whole numbers stay what they are, else 64-bit.
 
     ``exact``: always 64-bit, so that a region drawn around points holds them.
     """
     with np.errstate(over="ignore"):
         short = column.astype("<f4")
     known = np.isfinite(column)
-    same = np.allclose(short[known].astype(float), column[known], rtol=1e-6, atol=0.0)
+    kept, given = short[known].astype(float), column[known]
+    same = np.allclose(kept, given, rtol=1e-6, atol=0.0) and (kept == given)[given == np.floor(given)].all()
     low, high = (float(column[known].min()), float(column[known].max())) if known.any() else (0.0, 0.0)
     narrow = high - low < 1e-4 * max(abs(low), abs(high))
     data = short if same and not narrow and not exact else column.astype("<f8")

@@ -10,10 +10,11 @@ from dataclasses import replace
 from typing import Any
 
 from spectral_core.checks import require_whole
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.explore.sweep.document import compute_node
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.store import Store, not_finite_note
+from spectral_core.explore.sweep.sweep import compare_with_stored
 
 MAX_SAMPLE = 10_000
 Action = Callable[[Mapping[str, Any]], dict[str, Any]]
@@ -112,7 +113,10 @@ class LiveSweep:
                 report = run_sweep(
                     self.store, node, workers=self.workers, on_progress=self._note, should_stop=self._stops.is_set
                 )
-                self._status = f"{report.computed} computed, {len(report.failures)} set aside; reload to see them"
+                lacking = "" if report.cancelled else self._not_compared()
+                self._status = (
+                    f"{report.computed} computed, {len(report.failures)} set aside; reload to see them{lacking}"
+                )
             except Exception as error:
                 self._status = f"the run failed: {error}"
             finally:
@@ -121,6 +125,14 @@ class LiveSweep:
         self._status = "started"
         self._background.submit(work)
         return {"message": "computing in the background; reload the page to see new points"}
+
+    def _not_compared(self) -> str:
+        """Compare all points with the reference of the sweep; returns why not, "" if they were or there is none."""
+        try:
+            compare_with_stored(self.store)
+        except (SpectralError, OSError) as error:
+            return f"; not compared with the reference: {error}"
+        return ""
 
     def _note(self, progress: Any) -> None:
         self._status = f"{progress.done} of {progress.total} done"

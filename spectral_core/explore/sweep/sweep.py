@@ -81,7 +81,7 @@ class Sweep:
         mine, theirs = meanings(document.space), meanings(project.space)
         if mine != theirs or document.seed != project.seed or self.node.fingerprint != project.fingerprint:
             what = (
-                "its parameters differ"
+                f"its parameters differ: {difference(document.space, project.space)}"
                 if mine != theirs
                 else "its seed differs"
                 if document.seed != project.seed
@@ -191,8 +191,6 @@ class Sweep:
 
     def compare(self, reference: dict[str, Any]) -> None:
         """Compute the reference point where it is missing and measure every picture against it."""
-        from spectral_core.explore.features.compare import compare_rows
-
         views = self.store.project.views
         key = self.store.key(reference)
         if views.get(REFERENCE_KEY, {}).get("key") != key:
@@ -204,17 +202,44 @@ class Sweep:
                 write_whole(self.store.folder / "image" / name, content)
             views[REFERENCE_KEY] = {"key": key, "files": receipt.record["files"], "parameters": reference}
             self.store.save_project()
-        files = views[REFERENCE_KEY]["files"]
-        picture = files.get("FILE_linear") or files.get("FILE")
-        if picture is None:
-            raise InvalidInputError("the points have no picture to compare; remove [reference] from the sweep file")
-        compare_rows(self.store, picture)
-        self.store.write_table()
+        compare_with_stored(self.store)
+
+
+def compare_with_stored(store: Store) -> None:
+    """Measure every picture against that of the reference, if it was computed. InvalidInputError without pictures."""
+    from spectral_core.explore.features.compare import compare_rows
+
+    reference = store.project.views.get(REFERENCE_KEY)
+    if reference is None:
+        return
+    picture = reference["files"].get("FILE_linear") or reference["files"].get("FILE")
+    if picture is None:
+        raise InvalidInputError("the points have no picture to compare; remove [reference] from the sweep file")
+    compare_rows(store, picture)
+    store.write_table()
 
 
 def meanings(space: Space) -> list[tuple[Any, ...]]:
     """The parameters without their ranges; folders of different ones hold different sweeps."""
     return [(p.name, p.kind, p.scale, p.choices, p.target) for p in space.parameters]
+
+
+def difference(space: Space, stored: Space) -> str:
+    """The first difference of the parameters to those of a folder whose ``meanings`` are others, in words."""
+    for names, others, where in ((space.names, stored.names, "the folder"), (stored.names, space.names, "this sweep")):
+        only = next((name for name in names if name not in others), None)
+        if only is not None:
+            return f"{where} has no {only!r}"
+    for one in space.parameters:
+        old = stored[one.name]
+        for what, here, there in (
+            ("kind", one.kind, old.kind), ("scale", one.scale, old.scale), ("choices", one.choices, old.choices),
+            ("path", one.target, old.target),
+        ):  # fmt: skip
+            if here != there:
+                said = (", ".join(map(str, each)) if what == "choices" else each for each in (here, there))
+                return "{!r} has the {} {} here, and {} in the folder".format(one.name, what, *said)
+    return f"they have another order, which is {', '.join(stored.names)} in the folder"
 
 
 def _aside_lines(count: int) -> list[str]:

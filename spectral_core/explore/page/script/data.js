@@ -102,6 +102,7 @@ export function shown(column, row) {
 /** All digits of a number, without those that a float of 32 bits adds. @param {number} value */
 export function digits(value) {
   if (Number.isNaN(value)) return "NaN";
+  if (Number.isInteger(value)) return String(value); // fewer digits would be those of another whole number
   for (let count = 6; count < 10 && Math.fround(value) === value; count++) {
     const short = Number(value.toPrecision(count));
     if (Math.fround(short) === value) return String(short);

@@ -304,7 +304,11 @@ class Explorer {
       this.changed();
     });
     click("menu", () => element("side").classList.toggle("open"));
-    click("label", () => element("status").textContent = `${this.label(input("label-text").value.trim())} rows labeled in ${this.state.color}`);
+    click("label", () => {
+      element("status").textContent = state.selected
+        ? `${this.label(input("label-text").value.trim())} rows labeled in ${state.color}`
+        : "Select points first; the label is written on them.";
+    });
     click("export-csv", () => download("table.csv", this.csv(), "text/csv"));
     click("export-region", () => this.aroundSelection((region) => download("region.toml", tomlOf(region), "application/toml")));
     click("export-state", () => download("state.json", JSON.stringify(toPlain(state, this.table), null, 1), "application/json"));
@@ -370,7 +374,7 @@ class Explorer {
     const views = ["matrix", "parallel", "table"];
     const operations = ["replace", "union", "intersection", "difference"];
     document.addEventListener("keydown", (event) => {
-      if (/^(INPUT|SELECT|TEXTAREA)$/.test(/** @type {HTMLElement} */ (event.target).tagName) || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (takesKeys(/** @type {HTMLElement} */ (event.target)) || event.ctrlKey || event.metaKey || event.altKey) return;
       const { state } = this;
       const operation = operations["1234".indexOf(event.key)];
       if (event.key === "Escape") this.clear();
@@ -392,13 +396,20 @@ class Explorer {
     const all = this.state.selected ? rowsOf(this.state.selection) : [...Array(this.table.count).keys()];
     const rows = inTable ? this.list.rows : all;
     if (!rows.length) return;
-    const at = rows.indexOf(this.state.hover);
-    const next = rows[(at + step + rows.length) % rows.length];
+    // from the point under the pointer, else from the one picked last, else from the end where the way begins
+    const from = inTable || this.state.hover < 0 ? this.state.compare.at(-1) ?? -1 : this.state.hover;
+    const at = rows.indexOf(from);
+    const next = rows[at < 0 && step < 0 ? rows.length - 1 : (at + step + rows.length) % rows.length];
     if (inTable) this.state.hover = next; // the row is marked; the card would cover others
     else this.hover(next, window.innerWidth / 2, 80);
     this.pick(next);
     if (inTable) this.list.reveal(next);
   }
+}
+
+/** True if an element has its own use for keys: all but a checkbox, which takes the space bar alone. @param {HTMLElement} target */
+function takesKeys(target) {
+  return target.matches?.("input:not([type=checkbox]), select, textarea") ?? false;
 }
 
 function isDark() {

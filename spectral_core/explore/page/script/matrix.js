@@ -12,11 +12,14 @@ import { inPolygon } from "./selection.js";
  */
 
 const GAP = 10;
+/** Room for the ticks on the left; more if their numbers need it, up to the second. */
 const LEFT = 58;
+const MOST_LEFT = 130;
 const BOTTOM = 40;
 const TOP = 6;
 const RIGHT = 8;
 const NEAR = 14;
+const FONT = "11px system-ui, sans-serif";
 
 /** Draws the matrix and hears the pointer. */
 export class Matrix {
@@ -32,7 +35,7 @@ export class Matrix {
     this.canvas = document.createElement("canvas");
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "Scatter-plot matrix. Drag to select; arrow keys move from point to point.");
+    this.canvas.setAttribute("aria-label", "Scatter-plot matrix. Drag to select; left and right arrow move from point to point.");
     host.append(this.canvas);
     /** @type {Panel[]} */
     this.panels = [];
@@ -42,6 +45,7 @@ export class Matrix {
     this.path = [];
     /** @type {Panel|null} */
     this.active = null;
+    this.left = LEFT;
     this.listen();
   }
 
@@ -65,17 +69,20 @@ export class Matrix {
     const count = this.state.columns.length;
     this.host.style.height = "";
     const room = this.host.getBoundingClientRect();
-    const across = (room.width - LEFT - RIGHT - GAP * (count - 1)) / count;
     const down = (Math.max(room.height, 240) - BOTTOM - TOP - GAP * (count - 1)) / count;
-    const width = Math.max(36, Math.floor(across));
-    const height = Math.max(36, Math.floor(Math.min(down, width * 1.2)));
+    const across = () => Math.max(36, Math.floor((room.width - this.left - RIGHT - GAP * (count - 1)) / count));
+    const high = () => Math.max(36, Math.floor(Math.min(down, across() * 1.2)));
+    this.left = LEFT;
+    this.left = this.roomForNumbers(high());
+    const width = across();
+    const height = high();
     this.panels = [];
     for (let row = 0; row < count; row++) {
       for (let column = 0; column <= row; column++) {
-        this.panels.push({ row, column, left: LEFT + column * (width + GAP), top: TOP + row * (height + GAP), width, height });
+        this.panels.push({ row, column, left: this.left + column * (width + GAP), top: TOP + row * (height + GAP), width, height });
       }
     }
-    this.width = LEFT + count * (width + GAP) - GAP + RIGHT;
+    this.width = this.left + count * (width + GAP) - GAP + RIGHT;
     this.height = TOP + count * (height + GAP) + BOTTOM - GAP;
     this.ratio = this.state.paper ? 2 : Math.min(window.devicePixelRatio || 1, 2);
     this.canvas.width = Math.round(this.width * this.ratio);
@@ -84,6 +91,15 @@ export class Matrix {
     this.canvas.style.height = `${this.height}px`;
     // on a phone the width limits the panels: without this, an empty area would follow below them
     if (this.height < room.height && this.width <= room.width) this.host.style.height = `${this.height}px`;
+  }
+
+  /** Width of the left margin: a number on an axis has all its digits. @param {number} height of a panel */
+  roomForNumbers(height) {
+    const context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d"));
+    context.font = FONT;
+    const shown = this.state.columns.slice(1).map((name) => this.table.byName.get(name)).filter((column) => column?.kind === "number");
+    const widths = shown.flatMap((column) => upward(/** @type {any} */ (column), height).map((tick) => context.measureText(tick.text).width));
+    return Math.min(MOST_LEFT, widths.reduce((most, one) => Math.max(most, Math.ceil(one) + 8), LEFT));
   }
 
   /** Paint everything. */
@@ -146,7 +162,7 @@ export class Matrix {
   frames(context, ink) {
     const ratio = this.ratio ?? 1;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.font = "11px system-ui, sans-serif";
+    context.font = FONT;
     context.strokeStyle = ink("--line");
     context.fillStyle = ink("--quiet");
     const count = this.state.columns.length;
@@ -157,9 +173,9 @@ export class Matrix {
       if (panel.row === panel.column) {
         context.fillStyle = ink("--ink");
         context.textAlign = "left";
-        context.font = "600 11px system-ui, sans-serif";
+        context.font = `600 ${FONT}`;
         context.fillText(fitted(context, column.name, panel.width - 8), panel.left + 4, panel.top + 13);
-        context.font = "11px system-ui, sans-serif";
+        context.font = FONT;
         context.fillStyle = ink("--quiet");
         if (column.unit && panel.height > 44) context.fillText(fitted(context, column.unit, panel.width - 8), panel.left + 4, panel.top + 26);
       }
@@ -189,11 +205,11 @@ export class Matrix {
   up(context, panel, row) {
     context.textAlign = "right";
     let last = Infinity;
-    for (const tick of ticks(row, Math.max(2, Math.floor(panel.height / 26)))) {
+    for (const tick of upward(row, panel.height)) {
       const y = panel.top + (1 - tick.at) * panel.height;
       if (last - y < 12) continue;
       last = y;
-      context.fillText(fitted(context, tick.text, LEFT - 8), panel.left - 5, Math.min(Math.max(y + 4, panel.top + 9), panel.top + panel.height));
+      context.fillText(fitted(context, tick.text, this.left - 8), panel.left - 5, Math.min(Math.max(y + 4, panel.top + 9), panel.top + panel.height));
     }
   }
 
@@ -309,6 +325,11 @@ export class Matrix {
     context.stroke();
     context.setTransform(1, 0, 0, 1, 0, 0);
   }
+}
+
+/** Ticks of an upward axis. @param {import("./data.js").Column} column @param {number} height */
+function upward(column, height) {
+  return ticks(column, Math.max(2, Math.floor(height / 26)));
 }
 
 /** Red, green and blue of "rgb(1 2 3)" or "#rrggbb". @param {string} text */
