@@ -231,9 +231,9 @@ def test_notes_name_volumes_whose_quality_is_not_reached_or_does_not_count_shado
         settings = SimpleNamespace(shadows=shadows)
         fields = SimpleNamespace(items=items, plans=plans, settings=settings, shadows_planned=planned)
         notes = missed_qualities(SimpleNamespace(fields=fields))
-        assert [(note.where, note.text) for note in notes][:1] == [("short", "it is not reached")]
+        assert [(note.subject, note.message) for note in notes][:1] == [("short", "it is not reached")]
         assert len(notes) == expected
-    assert {note.text for note in notes[1:]} == {WITHOUT_SHADOWS}
+    assert {note.message for note in notes[1:]} == {WITHOUT_SHADOWS}
 
 
 @pytest.mark.parametrize(

@@ -36,10 +36,12 @@ class LitRays:
 
     Parameters
     ----------
-    renderer, colors
-        Those of the field, in Mitsuba's variant.
+    renderer
+        That of the field, in Mitsuba's variant.
     light
         The light of the scene, still without a field, colors and random numbers.
+    colors
+        Those of the field's materials.
     placed
         Places the input of a march in the world.
     """
