@@ -31,7 +31,7 @@ from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.render.trace.scene_path import scene_path
 from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
-from spectral_core.render.volumes import volume_integrator
+from spectral_core.render.volumes import missed_qualities, volume_integrator
 from spectral_core.render.volumes_as_media import with_volumes
 from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
@@ -126,6 +126,8 @@ class RenderJob:
             teeth = 4 if wavelengths is None else wavelengths.teeth
             self._loaded.rules.reradiation = reradiation(self._loaded.parts.context, lights, teeth)
             self._integrators = self._load_integrators(groups=bool(measure.groups))
+            if self.scene.volumes:
+                self._loaded_notes += missed_qualities(next(iter(self._integrators.values())))
             self._first_hit = FirstHit(
                 self._mitsuba,
                 self._loaded.scene,
@@ -174,6 +176,7 @@ class RenderJob:
                 max_depth=self.plan.bounces + 2,
                 spectral=self.plan.is_spectral,
                 own_light=own_light,
+                loaded=self._loaded.scene,
             )
 
         first, *others = names

@@ -9,7 +9,7 @@ import numpy as np
 
 from spectral_core.errors import UnknownNameError
 from spectral_core.render.lens.camera_rays import camera_frame
-from spectral_core.scene import Camera, Film, Rays, Scene, VolumeObject
+from spectral_core.scene import Camera, Film, Note, Rays, Scene, VolumeObject
 from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.mitsuba_integrator.plugin import register_integrator
@@ -20,15 +20,27 @@ LIGHTING = ("even", "scene", "shadows")
 """Light of volumes with lit materials: even and white, the scene's lights, or these with shadows to and from
 surfaces.
 """
+WITHOUT_SHADOWS = (
+    "its steps are chosen without shadows, since a sky or more than three lamps light it: the picture with shadows may "
+    "have less than the wanted quality. Raise it if that matters"
+)
 
 
 def volume_integrator(
-    mitsuba: Any, scene: Scene, surface: Any, *, max_depth: int, spectral: bool, own_light: bool = True
+    mitsuba: Any,
+    scene: Scene,
+    surface: Any,
+    *,
+    max_depth: int,
+    spectral: bool,
+    own_light: bool = True,
+    loaded: Any = None,
 ) -> Any:
     """The integrator for the volumes of ``scene`` in front of and among surfaces; ``surface`` integrates their light.
 
-    Steps are chosen for the scene's camera. ``own_light`` False omits light that does not come from the scene's lights,
-    so that the shares of light groups add up to the picture.
+    Steps are chosen for the scene's camera and, where lamps light the volumes, for the lights of ``loaded``, the scene
+    in Mitsuba. ``own_light`` False omits light that does not come from the scene's lights, so that the shares of light
+    groups add up to the picture.
     """
     register_integrator()
     lighting = max((require_lighting(volume) for volume in scene.volumes), key=LIGHTING.index)
@@ -48,8 +60,18 @@ def volume_integrator(
     finally:
         for handle in description["handles"].split(","):
             release(handle)
-    integrator.fields.prepare(view_of(scene.camera, scene.film))
+    integrator.fields.prepare(view_of(scene.camera, scene.film), loaded)
     return integrator
+
+
+def missed_qualities(integrator: Any) -> tuple[Note, ...]:
+    """Notes on the volumes of a ``volume_integrator`` whose wanted quality no steps reach, or only without shadows."""
+    fields = integrator.fields
+    planned = zip(fields.items, fields.plans, strict=True)
+    notes = [Note(item.volume.name, made.shortfall) for item, made in planned if made and made.shortfall]
+    if fields.settings.shadows and not fields.shadows_planned:
+        notes += [Note(item.volume.name, WITHOUT_SHADOWS) for item in fields.items if item.in_camera]
+    return tuple(notes)
 
 
 def view_of(camera: Camera, film: Film) -> View:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.volume.image import Stepping, palette_matrix
+from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import REFERENCE, USUAL, Limits, Quadrature, quadratures_of
 from spectral_core.volume.march.rules import Rule
 from spectral_core.volume.pilot_places import (
@@ -102,7 +102,7 @@ class Pilot:
         before: Pilot | None = None,
     ) -> None:
         self.renderer, self.view, self.transfer, self.quality_db = renderer, view, transfer, quality_db
-        self.palette = palette_matrix(transfer)
+        self.palette = renderer.palette(transfer)
         self.places: Places = places_with(view, renderer.shown_corners(transfer), count, single)
         x, y, self.is_whole = self.places.x, self.places.y, self.places.is_whole
         self.count, self._quadrature = self.places.sampled, quadratures_of(transfer.uses_gradient)[-1]
@@ -271,14 +271,16 @@ class Pilot:
         channels = [np.concatenate(each) for each in zip(*parts, strict=True)]
         weights = self.places.weights
         samples, steps = (float(np.average(each, weights=weights)) for each in channels[-2:])
-        return self._colors(channels) * np.sqrt(weights)[:, None], samples, steps
+        return _colors(channels, self.palette) * np.sqrt(weights)[:, None], samples, steps
 
     def _traced(self, stepping: Stepping, limits: Limits, pixels: tuple[Any, Any]) -> Array:
-        return self._colors(self.renderer.trace(self.view, self.transfer, stepping, pixels, limits))
+        sight = self.renderer.sight
+        return _colors(sight.trace(self.view, self.transfer, stepping, pixels, limits), sight.palette(self.transfer))
 
-    def _colors(self, channels: list[NDArray[Any]]) -> Array:
-        colors: Array = np.stack(channels[: len(self.transfer.materials)], axis=-1).astype(np.float64) @ self.palette
-        return colors
+
+def _colors(channels: list[NDArray[Any]], palette: Array) -> Array:
+    colors: Array = np.stack(channels[: len(palette)], axis=-1).astype(np.float64) @ palette
+    return colors
 
 
 def coarsest(rule: Rule) -> float:

@@ -40,10 +40,17 @@ class RayTracer(Rounded, Protocol):
     def steepest(self, transfer: TransferFunction) -> float:
         """Most that the data value changes over a voxel, where something is visible under ``transfer``."""
 
+    @property
+    def sight(self) -> RayTracer:
+        """The tracer of the rays that look at every pixel for what a march misses."""
+
+    def palette(self, transfer: TransferFunction) -> Array:
+        """Color (n, channels) of each of the n amounts that ``trace`` returns."""
+
     def trace(
         self, view: View, transfer: TransferFunction, stepping: Stepping, pixels: tuple[Any, Any], limits: Limits
     ) -> Channels:
-        """Amounts per material, transmittance, samples and iterations of the rays through ``pixels``."""
+        """The amounts, transmittance, samples and iterations of the rays through ``pixels``."""
 
 
 class RaySet:

@@ -16,7 +16,7 @@ from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.llvm_library import find_llvm, llvm_remedy, use_newest_llvm
 from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 from spectral_core.volume.gradient import gradient_magnitude
-from spectral_core.volume.image import Stepping, VolumeImage
+from spectral_core.volume.image import Stepping, VolumeImage, palette_matrix
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
 from spectral_core.volume.march.device import DeviceVolume, opaque_doubles
 from spectral_core.volume.march.device_grid import DeviceGrid
@@ -129,6 +129,15 @@ class VolumeRenderer:
         )
         return VolumeImage(transfer, stepping, channels[..., :-1], channels[..., -1], seconds, samples, steps)
 
+    @property
+    def sight(self) -> VolumeRenderer:
+        """Itself: these rays also look at every pixel for what a march misses."""
+        return self
+
+    def palette(self, transfer: TransferFunction) -> NDArray[np.float64]:
+        """Color (K, channels) of each material, by which the amounts of ``trace`` become a picture."""
+        return palette_matrix(transfer)
+
     def trace(
         self,
         view: View,
@@ -159,11 +168,11 @@ class VolumeRenderer:
         counts: bool,
     ) -> Marched:
         data = self.prepare(transfer).march_input(stepping, limits)
-        rays = self._rays(view, pixels, data.grid)
+        rays = self.rays(view, pixels, data.grid)
         path = Path((FieldPath(data, rays),), rays.length, rays.world, phase=phase_at(self.types, *pixels))
         return march(path, counts=counts)
 
-    def _rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
+    def rays(self, view: View, pixels: tuple[Any, Any], grid: DeviceGrid) -> Rays:
         """Rays in index space, in double precision until they begin beside the field.
 
         Through voxels that are far longer along one axis, a ray from the plane of the field's center begins millions of

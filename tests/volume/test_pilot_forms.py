@@ -13,7 +13,7 @@ import pytest
 
 from spectral_core.volume import pilot as module
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.image import Stepping
+from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL
 from spectral_core.volume.pilot import Pilot, snr_db
 from spectral_core.volume.pilot_places import pilot_places
@@ -32,6 +32,13 @@ class Law:
         self.calls: list[tuple[Stepping, Any]] = []
 
     rounding = 0.0
+
+    @property
+    def sight(self) -> Law:
+        return self
+
+    def palette(self, transfer: Any) -> np.ndarray:
+        return palette_matrix(transfer)
 
     def shown_corners(self, transfer: Any) -> np.ndarray:
         return self.volume.corners_world

@@ -218,3 +218,33 @@ def test_a_camera_of_a_very_wide_angle_sees_a_volume():
 def test_a_quality_out_of_range_names_its_volume(quality):
     with pytest.raises(InvalidInputError, match="the quality of volume 'slab'"):
         slab(constant(), quality=quality)
+
+
+def test_notes_name_volumes_whose_quality_is_not_reached_or_does_not_count_shadows():
+    from types import SimpleNamespace
+
+    from spectral_core.render.volumes import WITHOUT_SHADOWS, missed_qualities
+
+    items = [SimpleNamespace(volume=SimpleNamespace(name=name), in_camera=True) for name in ("good", "short")]
+    plans = [SimpleNamespace(shortfall=None), SimpleNamespace(shortfall="it is not reached")]
+    for shadows, planned, expected in ((False, False, 1), (True, True, 1), (True, False, 3)):
+        settings = SimpleNamespace(shadows=shadows)
+        fields = SimpleNamespace(items=items, plans=plans, settings=settings, shadows_planned=planned)
+        notes = missed_qualities(SimpleNamespace(fields=fields))
+        assert [(note.subject, note.message) for note in notes][:1] == [("short", "it is not reached")]
+        assert len(notes) == expected
+    assert {note.message for note in notes[1:]} == {WITHOUT_SHADOWS}
+
+
+@pytest.mark.parametrize(
+    ("lamps", "sky", "expected"), [(1, False, True), (3, False, True), (4, False, False), (1, True, False)]
+)
+def test_pilot_rays_see_the_shadows_of_a_few_lamps(lamps, sky, expected):
+    import mitsuba as mi
+
+    from spectral_core.volume.mitsuba_integrator.lit_rays import sees_shadows
+
+    mi.set_variant("llvm_ad_rgb")
+    things = {f"lamp{number}": {"type": "point", "position": [number, 0, 5]} for number in range(lamps)}
+    made = mi.load_dict({"type": "scene"} | things | ({"sky": {"type": "constant"}} if sky else {}))
+    assert sees_shadows(made) == expected

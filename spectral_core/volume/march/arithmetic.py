@@ -48,3 +48,13 @@ def mean_attenuation(depth: Any, transmittance: Any) -> Any:
 
     series = 1.0 - depth * (0.5 - depth / 6.0)
     return dr.select(depth > 1e-2, (1.0 - transmittance) / larger(depth, 1e-2), series)
+
+
+def mean_place(depth: Any, transmittance: Any) -> Any:
+    """∫s·e^(-τs) ds / ∫e^(-τs) ds over [0, 1]: the mean place of the light that leaves an even step of optical depth τ,
+    with its transmittance e^-τ; 1/2 if it is thin, 0 if it is opaque.
+    """
+    import drjit as dr
+
+    thick = dr.rcp(larger(depth, 0.1)) - transmittance / larger(1.0 - transmittance, 1e-2)
+    return dr.select(depth > 0.1, thick, 0.5 - depth / 12.0)

@@ -158,6 +158,10 @@ class DeviceTable:
 
         return dr.abs(segment.part) * segment.record[1]
 
+    def from_visible(self, segment: Segment) -> Any:
+        """How far the stored value is above the nearest visible one; zero if it is visible."""
+        return segment.part * segment.record[1]
+
     def running_integrals(self, segment: Segment) -> list[Any]:
         """Integral of each column from stored value 0: quadratic inside the segment, so exact."""
         import drjit as dr

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from spectral_core.volume.march.arithmetic import bounded, larger, mean_attenuation, smaller, step_growth
+from spectral_core.volume.march.arithmetic import bounded, larger, mean_attenuation, mean_place, smaller, step_growth
 from spectral_core.volume.march.path import FieldPath, Path
 from spectral_core.volume.march.quadrature import Ahead, FieldMarch, Step, StepOptics, quadrature_of
 from spectral_core.volume.march.turns import graded
@@ -99,7 +99,7 @@ def march(
     # Made from the path, so that every variable of the loop has one lane per ray.
     zero = path.length * 0.0
     number = types.UInt32(zero) if counts else None
-    marches = [quadrature_of(field) for field in path.fields]
+    marches = [quadrature_of(field, is_lit=shade is not None) for field in path.fields]
     materials = sum(field.data.materials for field in path.fields)
     start = MarchState(
         t=zero,
@@ -163,10 +163,29 @@ def _iteration(path: Path, marches: list[FieldMarch], now: MarchState, shade: Sh
         after.samples = now.samples + dr.select(shows, types.UInt32(1), types.UInt32(0))
         after.steps = now.steps + 1
     if shade is not None:
-        # Light is shaded at the middle of the step, where the midpoint rule reads the field.
-        middle = path.distance(0.5 * (step.begin + step.end))
-        after.light, after.sampler = shade(now.light, now.sampler, Shown(source, gain, middle))
+        place = step.begin + (step.end - step.begin) * _place(optics, depth, step_transmittance)
+        after.light, after.sampler = shade(now.light, now.sampler, Shown(source, gain, path.distance(place)))
     return after
+
+
+def _place(optics: list[StepOptics], depth: Any, transmittance: Any) -> Any:
+    """Share of the step at which it is lit: where its light comes from in the mean.
+
+    One place is exact to second order there, and to first order anywhere else: a thin surface at the end of a step
+    would be lit beside itself, an opaque step far behind the place that is seen.
+    """
+    import drjit as dr
+
+    places = [
+        mean_place(depth, transmittance) if part.extent is None else part.extent.place(depth, transmittance)
+        for part in optics
+    ]
+    if len(places) == 1:
+        return places[0]
+    weights = [sum(part.source[1:], part.source[0]) for part in optics]
+    whole = sum(weights[1:], weights[0])
+    mean = sum(weight * place for weight, place in zip(weights, places, strict=True))
+    return dr.select(whole > 0.0, mean / larger(whole, 1e-30), 0.5)
 
 
 def _look_ahead(field: FieldPath, t: Any, transmittance: Any, phase: Any) -> Ahead:

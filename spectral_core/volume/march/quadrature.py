@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from spectral_core.volume.march.arithmetic import larger, smaller
-from spectral_core.volume.march.column_means import column_means
+from spectral_core.volume.march.column_means import EndOfStep, Extent, column_means
 from spectral_core.volume.march.device_grid import BEYOND
 from spectral_core.volume.march.march_input import on_face
 from spectral_core.volume.march.path import FieldPath
@@ -65,13 +65,14 @@ class StepOptics:
     """Optical properties of one field in a step: ``source`` per material and ``extinction``, both per world unit.
 
     ``after`` is the field's state after the step. ``missed``: True if the step was too long and must be repeated; None
-    if that cannot happen.
+    if that cannot happen. ``extent`` is where in the step the source is; None if it is everywhere, or if no light asks.
     """
 
     source: list[Any]
     extinction: Any
     after: Any
     missed: Any = None
+    extent: Extent | None = None
 
 
 class FieldMarch(Protocol):
@@ -153,7 +154,7 @@ class PreintegratedState:
     ``value`` is the stored value there, ``segment`` its segment's number and ``integrals`` the running integrals of
     the columns. ``clear`` is the distance in stored units to the next value that shows something, and ``stretch`` the
     factor by which a step may exceed the certain distance; both None if the rule does not use them. ``step`` is the
-    length of the last step in voxels, None unless the march ``approaches``.
+    length of the last step in voxels, None unless the march ``approaches``; ``end`` is None unless the march is lit.
     """
 
     value: Any
@@ -162,6 +163,7 @@ class PreintegratedState:
     clear: Any
     stretch: Any
     step: Any = None
+    end: EndOfStep | None = None
 
 
 class Preintegrated:
@@ -175,6 +177,8 @@ class Preintegrated:
         state = PreintegratedState(value, segment.index, table.running_integrals(segment), clear, stretch)
         if field.data.approaches and clear is not None:
             state.step = value * 0.0 + field.data.grid.longest
+        if self.is_lit:
+            state.end = EndOfStep.at(table, value, segment)
         return state
 
     def skip(self, ahead: Ahead, now: PreintegratedState) -> Any:
@@ -213,11 +217,12 @@ class Preintegrated:
         means = column_means(table, now, after, segment)
         inside = field.inside(step.begin)
         # Where a single field has no step, the width is 0. Only on a shared path must its optics be set to zero.
-        optics = StepOptics(
-            *_within(inside if inside is True else inside & ahead.steps, *data.optics(means, point)), after
-        )
+        source, extinction = _within(inside if inside is True else inside & ahead.steps, *data.optics(means, point))
+        if now.end is not None:
+            after.end = EndOfStep.at(table, value, segment)
+        extent = Extent.between(now, after, source)
         if now.clear is None:
-            return optics
+            return StepOptics(source, extinction, after, extent=extent)
         after.clear, after.stretch = table.clearance(segment), now.stretch
         if now.step is not None:
             after.step = larger(local - field.local(step.begin), data.shortest_step)
@@ -225,7 +230,7 @@ class Preintegrated:
         way = local - field.local(step.before)
         # A speculative step is longer than planned and longer than is certain, so it must be checked for missed values.
         speculative = ahead.steps & (self._reach(ahead, now) > ahead.planned) & (now.stretch > 1.0)
-        return StepOptics(optics.source, optics.extinction, after, speculative & _missed(now, after, way, ahead.pace))
+        return StepOptics(source, extinction, after, speculative & _missed(now, after, way, ahead.pace), extent)
 
     def settled(self, now: PreintegratedState, optics: StepOptics, missed: Any) -> PreintegratedState:
         """If a step is rejected, the state is kept, and the field that missed something resets ``stretch`` to 1."""
@@ -248,15 +253,16 @@ class Preintegrated:
             None if now.clear is None else kept(now.clear, after.clear),
             stretch,
             None if now.step is None else kept(now.step, after.step),
+            None if now.end is None or after.end is None else now.end.kept(missed, after.end),
         )
 
-    def __init__(self, most_stretch: Any) -> None:
-        self.most_stretch = most_stretch
+    def __init__(self, most_stretch: Any, is_lit: bool) -> None:
+        self.most_stretch, self.is_lit = most_stretch, is_lit
 
 
-def quadrature_of(field: FieldPath) -> FieldMarch:
-    """The quadrature of a field."""
-    return Midpoint() if field.data.quadrature == "midpoint" else Preintegrated(field.data.most_stretch)
+def quadrature_of(field: FieldPath, *, is_lit: bool = False) -> FieldMarch:
+    """The quadrature of a field; ``is_lit``: also find where in a step its light comes from."""
+    return Midpoint() if field.data.quadrature == "midpoint" else Preintegrated(field.data.most_stretch, is_lit)
 
 
 def _within(inside: Any, source: list[Any], extinction: Any) -> tuple[list[Any], Any]:

@@ -84,7 +84,7 @@ def _integrator_class() -> Any:
             evaluate: bool = True,
         ) -> Any:
             camera = scene.sensors()[sensor] if isinstance(sensor, int) else sensor
-            self.fields.prepare(sensor_view(camera))
+            self.fields.prepare(sensor_view(camera), scene)
             return render_with_coverage(self, scene, camera, seed=seed, spp=spp, develop=develop, evaluate=evaluate)
 
         def aov_names(self) -> list[str]:
@@ -101,7 +101,7 @@ def _integrator_class() -> Any:
         def sample_coverage(self, scene: Any, sampler: Any, ray: Any, active: Any = True) -> Any:
             """(light, opacity without background, extra channels) along Mitsuba's ``ray``."""
             if not self.fields.placed:
-                self.fields.prepare(None)
+                self.fields.prepare(None, scene)
             hit = scene.ray_intersect_preliminary(ray, True, active)
             end = dr.select(hit.is_valid(), hit.t, 1e30)
             line = WorldRay(ray.o, ray.d, dr.minimum(end, ray.maxt))

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +13,13 @@ from spectral_core.errors import MissingDependencyError
 from spectral_core.llvm_library import LLVM_INSTALL_HINT
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.device import opaque_doubles
+from spectral_core.volume.march.march_input import MarchInput
 from spectral_core.volume.march.path import Placed
+from spectral_core.volume.mitsuba_integrator.lit_rays import LitRays, sees_shadows
 from spectral_core.volume.mitsuba_integrator.scene_colors import SceneColors
+from spectral_core.volume.mitsuba_integrator.scene_light import Lit
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, VolumeSettings
+from spectral_core.volume.pilot_places import RayTracer
 from spectral_core.volume.plan import Plan, plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
@@ -49,6 +55,8 @@ class SceneFields:
         self.colors = [SceneColors(self.types, item, settings.light, settings.shading) for item in items]
         self.plans: tuple[Plan | None, ...] = (None,) * len(items)
         self.placed: list[Placed] = []
+        self.shadows_planned = False
+        """True if the pilot rays have seen shadows."""
         self._kept: dict[tuple[object, ...] | None, tuple[tuple[Plan | None, ...], list[Placed]]] = {}
 
     @property
@@ -70,15 +78,29 @@ class SceneFields:
         left = iter(amounts)
         return [next(left) if item.in_camera else none for item in self.items for _ in item.transfer.materials]
 
-    def prepare(self, view: View | None) -> None:
-        """Choose steps (for ``view``, else for one around each field) and put everything on the device."""
+    def prepare(self, view: View | None, scene: Any = None) -> None:
+        """Choose steps (for ``view``, else for one around each field) and put everything on the device.
+
+        With ``shading``, the pilot rays are lit by the emitters of Mitsuba's ``scene``; without it they see even light.
+        """
         key = None if view is None else view.key
         if key not in self._kept:
             while len(self._kept) >= _KEPT_PLANS:
                 self._kept.pop(next(iter(self._kept)))
-            plans = tuple(self._plan(number, view) for number in range(len(self.items)))
-            self._kept[key] = (plans, [self._place(number, made) for number, made in enumerate(plans)])
+            self._kept[key] = self._prepared(view, scene if self.settings.shading else None)
         self.plans, self.placed = self._kept[key]
+
+    def _prepared(self, view: View | None, scene: Any) -> tuple[tuple[Plan | None, ...], list[Placed]]:
+        numbers = range(len(self.items))
+        self.shadows_planned = self.settings.shadows and scene is not None and sees_shadows(scene)
+        occluders: list[Placed] = []
+        if self.shadows_planned:  # of the fields, with the steps of even light
+            self.placed = [self._place(number, self._plan(number, view)) for number in numbers]
+            occluders = self.those("in_shadow")
+        plans = tuple(self._plan(number, view, scene, occluders) for number in numbers)
+        for item, made in zip(self.items, plans, strict=True):
+            _report(item, made)
+        return plans, [self._place(number, made) for number, made in enumerate(plans)]
 
     def _place(self, number: int, made: Plan | None) -> Placed:
         wanted, item = self.settings, self.items[number]
@@ -89,24 +111,42 @@ class SceneFields:
             stepping = Stepping(rule, quadrature, wanted.scale)  # type: ignore[arg-type]
         else:
             stepping = made.stepping
-        data = self.renderers[number].prepare(item.transfer).march_input(stepping)
-        matrix = item.volume.index_from_world
+        return self._in_world(number, self.renderers[number].prepare(item.transfer).march_input(stepping))
+
+    def _in_world(self, number: int, data: MarchInput) -> Placed:
+        matrix = self.items[number].volume.index_from_world
         rows = [opaque_doubles(self.types, row) for row in matrix[:3, :3]]
         return Placed(data, (rows[0], rows[1], rows[2]), opaque_doubles(self.types, matrix[:3, 3]))
 
-    def _plan(self, number: int, view: View | None) -> Plan | None:
-        """The choice of the pilot rays; None if the settings fix the steps."""
-        import mitsuba as mi
-
-        wanted, item = self.settings, self.items[number]
+    def _plan(
+        self, number: int, view: View | None, scene: Any = None, occluders: list[Placed] | None = None
+    ) -> Plan | None:
+        """The choice of the pilot rays, lit by ``scene`` (None: evenly); None if the settings fix the steps."""
+        wanted, item, renderer = self.settings, self.items[number], self.renderers[number]
         if wanted.scale > 0:
             return None
         around = view or View.around(item.volume)
-        rule, quadrature = item.rule or wanted.rule, wanted.quadrature
-        made = plan(self.renderers[number], around, item.transfer, wanted.quality, rule=rule, quadrature=quadrature)  # type: ignore[arg-type]
-        if made.shortfall:
-            mi.Log(mi.LogLevel.Warn, f"volume {item.volume.name!r}: {made.shortfall}")
-        return made
+
+        def planned(rays: RayTracer) -> Plan:
+            rule, quadrature = item.rule or wanted.rule, wanted.quadrature
+            return plan(rays, around, item.transfer, wanted.quality, rule=rule, quadrature=quadrature)  # type: ignore[arg-type]
+
+        lit = [material.lit for material in item.transfer.materials]
+        if scene is not None and len(scene.emitters()) > 0 and item.in_camera and any(lit):
+            light = Lit(scene, [], occluders or [], [], lit, replace(wanted, shadows=self.shadows_planned))
+            made = planned(LitRays(renderer, light, self.colors[number], lambda data: self._in_world(number, data)))
+            # Without an error there may be no light, which a lamp may give later.
+            if math.isfinite(made.estimate_db):
+                return made
+        return planned(renderer)
+
+
+def _report(item: SceneVolume, made: Plan | None) -> None:
+    """A warning in Mitsuba's log if the wanted quality is not reached."""
+    import mitsuba as mi
+
+    if made is not None and made.shortfall:
+        mi.Log(mi.LogLevel.Warn, f"volume {item.volume.name!r}: {made.shortfall}")
 
 
 def sensor_view(sensor: Any) -> View | None:

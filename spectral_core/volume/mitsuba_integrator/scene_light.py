@@ -11,6 +11,9 @@ from spectral_core.volume.march.loop import Shade, Shown, march
 from spectral_core.volume.march.path import Placed, WorldRay, path_through
 from spectral_core.volume.mitsuba_integrator.settings import VolumeSettings
 
+_TURN = 0.6180339887498949  # of which no few multiples are near each other, modulo 1
+_LARGEST = 1.0 - 2.0**-24  # below 1, as random numbers are
+
 
 def transmittance(volumes: list[Placed], ray: WorldRay) -> Any:
     """Transmittance of fields between the ray's origin and its end; 1 without a field."""
@@ -30,12 +33,30 @@ def way_to(lamp: Any) -> Any:
 
 
 @dataclass(frozen=True)
+class Draws:
+    """``count`` pairs of random numbers of each ray, evenly distributed from a ``first`` pair of its own."""
+
+    first: tuple[Any, Any]
+    count: int
+
+    def at(self, number: Any) -> Any:
+        """Pair of a number below ``count``, as Mitsuba's Point2f."""
+        import drjit as dr
+        import mitsuba as mi
+
+        share = mi.Float(number)
+        moved = [each + share * step for each, step in zip(self.first, (1.0 / self.count, _TURN), strict=True)]
+        return mi.Point2f(*(dr.minimum(each - dr.floor(each), _LARGEST) for each in moved))
+
+
+@dataclass(frozen=True)
 class Lit:
     """Shading of lit materials by the scene's emitters: Lambert on both sides of the isosurface through a sample.
 
     Where the gradient vanishes there is no surface, and light scatters evenly in all directions. One emitter is sampled
     per step; ``shadows``: True to test for surfaces, or ``occluders`` among the fields, in between. ``colors`` and
-    ``lit`` are per material.
+    ``lit`` are per material. With ``draws``, each step has the mean light of the emitters that these choose, so that
+    it is the same in every march of a ray.
     """
 
     scene: Any
@@ -44,6 +65,7 @@ class Lit:
     colors: list[Any]
     lit: list[bool]
     settings: VolumeSettings
+    draws: Draws | None = None
 
     def shade(self, line: WorldRay, ray: Any) -> Shade:
         """The function that the march calls in each step; ``ray`` is Mitsuba's, for its time and wavelengths."""
@@ -56,26 +78,71 @@ class Lit:
             place.t, place.time, place.wavelengths = shown.distance, ray.time, ray.wavelengths
             place.p = mi.Point3f(point)
             active = shown.gain * sum(shown.source[1:], shown.source[0]) > 0
-            found, weight = self.scene.sample_emitter_direction(
-                place, sampler.next_2d(active), self.settings.shadows, active
-            )
-            if self.settings.shadows:
-                toward = WorldRay(point, found.d, dr.select(active & (found.pdf > 0), way_to(found), 0.0))
-                weight *= transmittance(self.occluders, toward)
+            surfaces = [Surface.at(volume, point) for volume in self.volumes]
+            if self.draws is None:
+                arriving = self._arriving(place, sampler.next_2d(active), surfaces, active)
+            else:
+                arriving = self._mean_arriving(self.draws, place, surfaces, active)
             start = 0
-            for volume in self.volumes:
-                facing = facing_light(volume, point, found.d)
+            for volume, lit in zip(self.volumes, arriving, strict=True):
                 for k in range(start, start + volume.data.materials):
-                    radiance = weight * facing if self.lit[k] else mi.Spectrum(1.0)
+                    radiance = lit if self.lit[k] else mi.Spectrum(1.0)
                     light = light + dr.select(active, shown.gain * shown.source[k], 0.0) * self.colors[k] * radiance
                 start += volume.data.materials
             return light, sampler
 
         return shade
 
+    def _arriving(self, place: Any, draw: Any, surfaces: list[Surface], active: Any) -> list[Any]:
+        """Light on each of the ``surfaces`` at a ``place`` from the emitter that the random numbers choose."""
+        import drjit as dr
 
-def facing_light(volume: Placed, point: Any, toward: Any) -> Any:
-    """|n·l|/π with n the field's gradient at a world ``point``, or 1/4π if there is none."""
+        found, weight = self.scene.sample_emitter_direction(place, draw, self.settings.shadows, active)
+        if self.settings.shadows:
+            toward = WorldRay(place.p, found.d, dr.select(active & (found.pdf > 0), way_to(found), 0.0))
+            weight *= transmittance(self.occluders, toward)
+        return [weight * surface.facing(found.d) for surface in surfaces]
+
+    def _mean_arriving(self, draws: Draws, place: Any, surfaces: list[Surface], active: Any) -> list[Any]:
+        import drjit as dr
+        import mitsuba as mi
+
+        def going(number: Any, sums: list[Any]) -> Any:
+            return active & (number < draws.count)
+
+        def add(number: Any, sums: list[Any]) -> tuple[Any, list[Any]]:
+            more = self._arriving(place, draws.at(number), surfaces, active)
+            return number + 1, [whole + each for whole, each in zip(sums, more, strict=True)]
+
+        none = mi.Spectrum(place.t * 0.0)
+        _, sums = dr.while_loop((mi.UInt32(place.t * 0.0), [none + 0.0 for _ in surfaces]), going, add)
+        return [each / draws.count for each in sums]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The isosurface of a field through a point: its ``normal`` of any length, Array3f64, and whether there is one."""
+
+    normal: Any
+    length: Any
+    is_there: Any
+    types: Any
+
+    @classmethod
+    def at(cls, volume: Placed, point: Any) -> Surface:
+        """The surface of ``volume`` through a world ``point``; its normal is the field's gradient."""
+        return _surface(volume, point)
+
+    def facing(self, toward: Any) -> Any:
+        """|n·l|/π with l the direction ``toward`` a light, or 1/4π if there is no surface."""
+        import drjit as dr
+
+        along = dr.abs(dr.dot(self.normal, self.types.Array3f64(self.types.Array3f(toward))))
+        share = self.types.Float(along / dr.select(self.length > 0.0, self.length, 1.0))
+        return dr.select(self.is_there, share / math.pi, 0.25 / math.pi)
+
+
+def _surface(volume: Placed, point: Any) -> Surface:
     import drjit as dr
 
     field, vector = volume.data.volume, volume.data.volume.types.Array3f
@@ -89,12 +156,9 @@ def facing_light(volume: Placed, point: Any, toward: Any) -> Any:
         scale = scale + dr.abs(ahead) + dr.abs(back)
     gradient = vector(*slopes)
     normal = volume.world_covector(gradient)
-    length = dr.sqrt(dr.dot(normal, normal))
-    along = dr.abs(dr.dot(normal, field.types.Array3f64(vector(toward))))
-    facing = field.types.Float(along / dr.select(length > 0.0, length, 1.0))
     # Differences as small as float32's rounding belong to a level field.
-    sided = dr.dot(gradient, gradient) > (1e-6 * scale) ** 2
-    return dr.select(sided, facing / math.pi, 0.25 / math.pi)
+    is_there = dr.dot(gradient, gradient) > (1e-6 * scale) ** 2
+    return Surface(normal, dr.sqrt(dr.dot(normal, normal)), is_there, field.types)
 
 
 def surface_light(
