@@ -15,8 +15,10 @@ from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteRef
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.live.session import PaletteSession
-from spectral_core.palette.presets import hidden_mark, metamer_pair, most_distinct, split_light
+from spectral_core.palette.presets import design_grid, hidden_mark, metamer_pair, most_distinct, split_light
 from spectral_core.palette.qp.backends import by_piqp
+from spectral_core.spectra.catalogue import illuminant
+from spectral_core.spectra.observer import normalized
 
 
 def random_cell(rng: np.random.Generator, cell: tuple[int, int]) -> Cell:
@@ -61,7 +63,7 @@ def test_every_edit_equals_a_new_solve(rng):
             atol=2e-6,
             err_msg=str(session.problem.cells),
         )
-        np.testing.assert_allclose(session.solution().actual_linear_rgb, answer.actual_linear_rgb, atol=1e-12)
+        np.testing.assert_allclose(session.solution(quick=True).actual_linear_rgb, answer.actual_linear_rgb, atol=1e-12)
 
 
 def test_rounds_converge_if_lights_are_designed_too():
@@ -129,7 +131,7 @@ def test_settings_and_lights_can_be_edited(rng):
 def test_targets_and_errors_are_those_of_the_solution(rng):
     session = PaletteSession(coupled_palette((3, 3, 31), rng))
     answer = session.edit((1, 1), Cell.fixed((0.5, 0.5, 0.5), weight=2.0))
-    solution = session.solution()
+    solution = session.solution(quick=True)
     np.testing.assert_allclose(answer.delta_e_2000, solution.delta_e_2000, atol=1e-9)
     np.testing.assert_allclose(answer.target_linear_rgb, solution.target_linear_rgb, atol=1e-12)
 
@@ -205,3 +207,17 @@ def test_edits_with_weights_far_from_1_equal_a_new_solve(rng):
 def test_a_number_of_rounds_that_cannot_be_made_is_refused(rounds: float) -> None:
     with pytest.raises(InvalidInputError, match="rounds of refine"):
         PaletteSession(metamer_pair()).refine(rounds)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("weight", [30.0, 1000.0])
+def test_the_spectra_of_heavy_cells_are_those_of_a_new_solve(weight: float) -> None:
+    """Squared weights left the engine no digits for the smoothness: spectra off by 0.49 were called solved."""
+    lights = tuple(PaletteLight(normalized(illuminant(name))) for name in ("D65", "LPS"))
+    row = (Cell.fixed((0.3, 0.2, 0.1), weight=weight), Cell.ignore())
+    session = PaletteSession(PaletteProblem(design_grid(), lights, (PaletteReflectance("a"),), (row,)))
+    for color in ((0.25, 0.24, 0.2), (0.1, 0.3, 0.2), (0.4, 0.2, 0.02)):
+        session.edit((0, 0), Cell.fixed(color, weight=weight))
+        quick, whole, fresh = session.solution(quick=True), session.solution(), solve_palette(session.problem)
+        assert quick.status == whole.status == fresh.status == "solved"
+        np.testing.assert_allclose(quick.actual_linear_rgb[0, 0], fresh.actual_linear_rgb[0, 0], atol=1e-6)
+        np.testing.assert_allclose(whole.reflectances[0].values, fresh.reflectances[0].values, atol=1e-9)

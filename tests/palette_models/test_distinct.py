@@ -20,7 +20,7 @@ from spectral_core.palette.distinct.step import solve_step
 from spectral_core.palette.presets import design_grid, most_distinct, sine_light, split_light
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
-from spectral_core.spectra.spectrum import SpectralGrid
+from spectral_core.spectra.spectrum import Reflectance, SpectralGrid
 
 D65, HP1, FL2 = (observer.normalized(catalogue.illuminant(name)) for name in ("D65", "HP1", "FL2"))
 
@@ -202,6 +202,29 @@ def test_impossible_requests_raise_errors() -> None:
 def test_pairs_are_listed_once() -> None:
     assert distinct_pairs(most_distinct(3)) == [((0, 1), (1, 1)), ((0, 1), (2, 1)), ((1, 1), (2, 1))]
     assert sine_light(60, SpectralGrid.uniform()).values.min() >= 0
+
+
+def test_two_measured_materials_that_are_alike_do_not_limit_the_designed_ones() -> None:
+    """The least difference was that of the measured pair, 0.3, and the designed materials were left black."""
+    grid = design_grid()
+    lights = tuple(PaletteLight(each.scaled(2)) for each in (D65, HP1))
+    gray = [Reflectance(f"gray {share}", grid, np.full(grid.size, share)) for share in (0.3, 0.304)]
+    surfaces = [PaletteReflectance("a"), PaletteReflectance("b"), *(PaletteReflectance(g.name, g) for g in gray)]
+    first = [Cell.free(), Cell.same_as((0, 0), exact=True), Cell.ignore(), Cell.ignore()]
+    others = [[(k, 1) for k in range(4) if k != i] for i in range(4)]
+    cells = [(cell, Cell.distinct_from(*rest)) for cell, rest in zip(first, others, strict=True)]
+    solution = solve_distinct(PaletteProblem(grid, lights, tuple(surfaces), tuple(cells)), starts=1)
+    lab = lab_from_linear_rgb(solution.actual_linear_rgb[:, 1])
+    least = min(float(delta_e_2000(lab[a], lab[b])) for a, b in combinations(range(4), 2) if (a, b) != (2, 3))
+    assert least > 25
+    assert solution.residuals["least_delta_e_2000"] == pytest.approx(least, abs=1e-9)
+    assert not any("measured" in note for note in solution.notes)
+
+    given = PaletteProblem(
+        grid, lights, tuple(surfaces[2:]), ((cells[2][0], Cell.distinct_from((1, 1))), cells[0][:1] * 2)
+    )
+    assert not wants_distinct(given)
+    assert "none can change" in solve_palette(given).notes[0]
 
 
 def pair_beside(target, **settings):

@@ -55,7 +55,7 @@ def test_other_columns_beside_labels_are_named(tmp_path, names) -> None:
     [
         (["name", 400, 500, 600], ["R400", "R410", "R420"]),  # codes of paints
         (["nm", "400nm", "450nm", "500nm"], [380, 390, 400]),  # LEDs
-        (["", "R400", "R450", "R500"], [380, 390, 400]),
+        (["λ", "R400", "R450", "R500"], [380, 390, 400]),
         (["nm", "R1", "R2", "R3"], [380, 390, 400]),  # test colors of CIE 13.3
     ],
 )
@@ -64,6 +64,41 @@ def test_names_that_look_like_labels_stay_names(tmp_path, headings, down) -> Non
     across = isinstance(headings[1], int)
     assert [each.name for each in spectra] == (down if across else headings[1:])
     assert spectra[0].grid.wavelengths_nm.tolist() == (headings[1:] if across else down)
+
+
+@pytest.mark.parametrize("label", ["{}", "R{}", "{} nm"])
+@pytest.mark.parametrize("first", [401, 801])
+@pytest.mark.parametrize("corner", ["Sample", "SAMPLE_ID", "Paint no.", ""])
+def test_numbers_of_samples_are_not_read_as_wavelengths(tmp_path, label, first, corner) -> None:
+    """Samples 401 and 402 over 380 to 410 nm were four spectra of 401 and 402 nm."""
+    rows = [[first + k, *values] for k, values in enumerate(ROWS.values())]
+    path = table(tmp_path, [[corner, *map(label.format, WAVELENGTHS)], *rows])
+    if not corner and first == 401:
+        with pytest.raises(FileFormatError, match="may both be wavelengths; name the first column 'wavelength_nm'"):
+            read_spectra(path)
+        return
+    spectra = read_spectra(path)
+    assert [each.name for each in spectra] == [str(first), str(first + 1)]
+    assert spectra[0].grid.wavelengths_nm.tolist() == WAVELENGTHS
+
+
+def test_a_row_of_labels_without_a_column_of_names_is_refused(tmp_path) -> None:
+    """The first sample became the name of its spectrum."""
+    path = table(tmp_path, [["380 nm", "390 nm", "400 nm", "410 nm"], *ROWS.values()])
+    with pytest.raises(FileFormatError, match="the wavelength '380 nm' heads the first column"):
+        read_spectra(path)
+
+
+@pytest.mark.parametrize("ending", ["txt", "dx", "spd"])
+@pytest.mark.parametrize(
+    "data", ["##XYDATA=(X++(Y..Y))\n400 0.1 0.2\n420 0.3 0.4", "##XYPOINTS=(XY..XY)\n400 0.1\n410 0.2"]
+)
+def test_a_file_of_jcamp_is_named(tmp_path, ending, data) -> None:
+    """Its statements of units and factors look like comments, and several samples in a line like several spectra."""
+    path = tmp_path / f"measured.{ending}"
+    path.write_text(f"##TITLE=paint\n##JCAMP-DX=4.24\n##YUNITS=ABSORBANCE\n{data}\n##END=\n")
+    with pytest.raises(FileFormatError, match="line 1: a file of JCAMP-DX"):
+        read_spectra(path, kind="reflectance")
 
 
 def test_a_file_of_cgats_is_named(tmp_path) -> None:

@@ -52,6 +52,10 @@ def test_separators_at_the_end_of_lines_are_no_columns_of_a_table_across(tmp_pat
         ("nm\tcounts\n400\t987\n410\t1,234\n", "illuminant", "line 3: '1,234' beside whole numbers may be 1234"),
         ("n,Wavelength,R\n380,400,0.5\n381,500,0.6\n", None, "'Wavelength' heads column 2; expected the wavelengths"),
         ("nm,Absorbance\n400,0.5\n500,0.6\n", "reflectance", "'Absorbance' is no reflectance"),
+        ("nm,Abs.\n400,0.5\n500,0.6\n", "reflectance", "'Abs.' is no reflectance"),
+        ("nm,OD\n400,0.5\n500,0.6\n", "reflectance", "'OD' is no reflectance"),
+        ("nm,Absorptance\n400,0.5\n500,0.6\n", "illuminant", "'Absorptance' is no illuminant"),
+        ("n,nm,W\n380,400,0.5\n381,500,0.6\n", None, "'nm' heads column 2; expected the wavelengths"),
         ("nm,Photon flux\n400,0.5\n500,0.6\n", "illuminant", "'Photon flux' is no illuminant"),
         ("nm,PPFD (umol/m2/s/nm)\n400,0.5\n500,0.6\n", "illuminant", "is no illuminant"),
         ("nm,Reflectance\n400,0.5\n500,0.6\n", "illuminant", "'Reflectance' is no illuminant"),
@@ -68,7 +72,9 @@ def test_numbers_of_another_meaning_are_refused(tmp_path: Path, text: str, kind:
         read_spectra(file, kind=kind)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("name", "kind"), [("Radiance Pearl", "reflectance"), ("Photonics LED", "illuminant")])
+@pytest.mark.parametrize(
+    ("name", "kind"), [("Radiance Pearl", "reflectance"), ("Abs Blue", "reflectance"), ("Photonics LED", "illuminant")]
+)
 def test_names_that_begin_like_quantities_are_names(tmp_path: Path, name: str, kind: str) -> None:
     """A heading of several words may be a product."""
     file = tmp_path / "named.csv"

@@ -35,7 +35,7 @@ def live_solution(scene_uid: int, problem: PaletteProblem) -> PaletteSolution:
         elif cells:
             session.edit_cells(cells)
     _sessions[scene_uid] = session
-    return session.solution()
+    return session.solution(quick=True)
 
 
 def forget_sessions() -> None:

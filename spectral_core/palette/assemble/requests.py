@@ -93,9 +93,11 @@ def compiled_requests(problem: PaletteProblem, elsewhere: Sequence[float] = ()) 
             f"smoothness {problem.smoothness:g} was brought to {smoothness * scale:g}, nearer to the cell weights"
         )
     for i, j in index:
-        if problem.cells[i][j].mode is CellMode.DISTINCT and not problem.reflectances[i].free:
+        cell = problem.cells[i][j]
+        rows = {i, *(other for other, _ in cell.others)}
+        if cell.mode is CellMode.DISTINCT and not any(problem.reflectances[row].free for row in rows):
             name = cell_name(problem, (i, j))
-            notes.append(f"{name} should be distinct, but its reflectance is given, so nothing was done for it")
+            notes.append(f"{name} should be distinct from measured materials, but it is measured, too: none can change")
     targets = [_target(at, problem.cells[at[0]][at[1]], weights) for at in index]
     blacks = tuple(t for t in targets if t is not None and problem.cells[t.cell[0]][t.cell[1]].mode is CellMode.BLACK)
     groups = _groups(problem, weights)

@@ -71,17 +71,20 @@ class DistinctCells:
 
 def wants_distinct(problem: PaletteProblem) -> bool:
     """True if a pair of distinct cells has a reflectance to design."""
-    return any(problem.reflectances[i].free for pair in distinct_pairs(problem) for i, _ in pair)
+    return bool(distinct_pairs(problem))
 
 
 def distinct_pairs(problem: PaletteProblem) -> list[tuple[CellIndex, CellIndex]]:
-    """Pairs of cells that should differ, each once; a cell of weight 0 has no request."""
+    """Pairs of cells that should differ, each once; a cell of weight 0 has no request.
+
+    No design changes a pair of measured materials, and its difference would limit those of all others.
+    """
     pairs = set()
     for i, row in enumerate(problem.cells):
         for j, cell in enumerate(row):
             if cell.mode is CellMode.DISTINCT and cell.weight > 0:
                 pairs |= {(min((i, j), other), max((i, j), other)) for other in cell.others}
-    return sorted(pairs)
+    return sorted(pair for pair in pairs if any(problem.reflectances[i].free for i, _ in pair))
 
 
 def least_difference(solution: PaletteSolution) -> float:

@@ -29,6 +29,7 @@ from spectral_core.palette.brightness_unit import (
 )
 from spectral_core.palette.cell_errors import CellErrors
 from spectral_core.palette.design.decided import Decision, decided
+from spectral_core.palette.design.orthogonal import refined
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
@@ -151,13 +152,22 @@ class PaletteSession:
         return self._resolve(require_whole("rounds of refine", rounds, 1, 1000), perf_counter())
 
     @on_one_thread
-    def solution(self) -> PaletteSolution:
-        """The present state in full, with status, remedy and residuals."""
+    def solution(self, *, quick: bool = False) -> PaletteSolution:
+        """The present state in full, with status, remedy and residuals.
+
+        ``quick``: with the digits of the last edit, for a picture while an artist drags. Large weights hide the
+        smoothness from them, so that spectra, and the colors of cells without a request, may differ from the optimum.
+        """
         if wants_distinct(self._problem):
             return self._solution
         if self._answered:
             # The state is this answer, which was checked; a solve of the same side would only lose the engine's place.
-            self._rounds.trace.settle(*self._answered)
+            side, assembled, answer = self._answered
+            if not quick:
+                answer = refined(assembled.quadratic, answer)
+                self._answered = side, assembled, answer
+                self._state = self._state.with_values(side, dict(zip(assembled.items, answer.values, strict=True)))
+            self._rounds.trace.settle(side, assembled, answer)
         else:
             self._rounds.check(self._state, perceptual=self._problem.match == "perceptual")
         found = reported(self._rounds.assembler, self._state, self._rounds.trace)

@@ -28,7 +28,9 @@ from spectral_core.spectra.files.columns import (
     number,
     readable,
 )
+from spectral_core.spectra.files.directions import Row, runs_across, used
 from spectral_core.spectra.files.headings import (
+    ALONE,
     AT_START,
     named_column,
     names_wavelengths,
@@ -37,13 +39,9 @@ from spectral_core.spectra.files.headings import (
     wavelength_unit,
 )
 from spectral_core.spectra.files.labels import labeled_wavelengths
-from spectral_core.spectra.files.statements import Statements, statements_of
+from spectral_core.spectra.files.statements import Statements, require_no_other_format, statements_of
 from spectral_core.spectra.spectrum import Spectrum
 
-Row = tuple[int, list[str]]
-"""Line number in the file, and its cells without blanks around them."""
-
-VISIBLE_NM = (380.0, 780.0)
 _ABOVE = "remove other lines above the table, or begin them with '#'"
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")
 """A number that may have separators of thousands."""
@@ -55,7 +53,7 @@ def read(path: Path, options: ReadOptions) -> list[Spectrum]:
     rows = _with_plain_wavelengths(path, _rows(path, statements))
     header, body = (rows[0], rows[1:]) if not is_number(rows[0][1][0]) else ((0, []), rows)
     unit = wavelength_unit(path, header, options.wavelength_unit) if header[1] else None
-    make = _columns_from_rows if _runs_across(header, body) else _columns_from_columns
+    make = _columns_from_rows if runs_across(path, header, body) else _columns_from_columns
     columns = make(path, header, body, unit)
     statements.apply(columns)
     for column in columns:
@@ -88,28 +86,23 @@ def write(path: Path, spectra: Sequence[Spectrum]) -> None:
 def _rows(path: Path, statements: Statements) -> list[Row]:
     """Rows that are not empty, split into cells; comments go to ``statements``."""
     numbered = list(enumerate(read_text(path).splitlines(), 1))
+    require_no_other_format(path, numbered)
     for line_number, line in numbered:
         if line.lstrip().startswith("#"):
             statements.take(line_number, line)
     kept = [(n, line) for n, line in numbered if line.strip(" \t,;") and not line.lstrip().startswith("#")]
     if not kept:
         raise FileFormatError(f"{path}, line 1: no samples; expected a table of wavelengths and values")
-    for n, line in kept:
-        if line.strip() == "BEGIN_DATA_FORMAT":
-            raise FileFormatError(
-                f"{path}, line {n}: a measurement file of CGATS or Argyll; expected a table: keep its line of field "
-                "names and its lines of data, with one column of names and the columns of wavelengths"
-            )
     marked = _spreadsheet_mark(kept[0][1]) if len(kept) > 1 else None
     kept = kept if marked is None else kept[1:]
     delimiter = marked or _delimiter([line for _, line in kept])
     rows = [(line_number, _cells(line, delimiter)) for line_number, line in kept]
     if len(rows) > 1 and not is_number(rows[0][1][0]):
-        rows[0] = (rows[0][0], _headings(kept[0][1], delimiter, _used(rows[1][1])))
+        rows[0] = (rows[0][0], _headings(kept[0][1], delimiter, used(rows[1][1])))
     above = rows[0][0] - 2  # of the line before the first row, from 0
     if is_number(rows[0][1][0]) and above >= 0 and numbered[above][1].lstrip().startswith("#"):
-        comment = _headings(numbered[above][1].lstrip("# \t"), delimiter, _used(rows[0][1]))
-        if len(comment) == _used(rows[0][1]) and names_wavelengths(comment[0]):
+        comment = _headings(numbered[above][1].lstrip("# \t"), delimiter, used(rows[0][1]))
+        if len(comment) == used(rows[0][1]) and names_wavelengths(comment[0]):
             rows.insert(0, (above + 1, comment))
     if delimiter == "," and len(rows[0][1]) > 2 and all(cell.isdecimal() for _, cells in rows for cell in cells):
         raise FileFormatError(
@@ -128,14 +121,19 @@ def _with_plain_wavelengths(path: Path, rows: list[Row]) -> list[Row]:
     for begin in (0, 1):  # with and without headings
         down = labeled_wavelengths([cells[0] for _, cells in rows[begin:]])
         # Under numbers in the first row, R400 and R410 are names of paints.
-        if down and None not in down and not (begin and _runs_across(rows[0], rows[1:])):
+        if down and None not in down and not (begin and runs_across(path, rows[0], rows[1:])):
             plain = [(n, [number, *cells[1:]]) for number, (n, cells) in zip(down, rows[begin:], strict=True) if number]
             return rows[:begin] + plain
     line, (corner, *headings) = rows[0]
-    headings = headings[: _used(headings)]
+    headings = headings[: used(headings)]
+    if None not in labeled_wavelengths([corner, *headings]):
+        raise FileFormatError(
+            f"{path}, line {line}: the wavelength {corner!r} heads the first column; expected a column of names before "
+            "the wavelengths: insert one"
+        )
     numbers = labeled_wavelengths(headings)
     known = [number for number in numbers if number is not None]
-    if not known or not _runs_across((line, [corner, *known]), rows[1:]):
+    if not known or not runs_across(path, (line, [corner, *known]), rows[1:]):
         return rows
     if None in numbers:
         other, at = headings[numbers.index(None)], numbers.index(None) + 2
@@ -186,27 +184,9 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
 
 
-def _runs_across(header: Row, body: list[Row]) -> bool:
-    """True if the first row contains the wavelengths: only if the first column cannot contain them."""
-    across = header[1][1 : _used(header[1])]
-    if len(across) < 2 or not all(map(is_number, across)):
-        return False
-    down = [cells[0] for _, cells in body]
-    if len(down) > 1 and all(map(is_number, down)):
-        steps_down = np.diff([float(cell) for cell in down])
-        if np.all(steps_down > 0) or np.all(steps_down < 0):
-            # Numbers may be names, such as RAL 5014 over 380 to 780 nm.
-            is_visible = any(VISIBLE_NM[0] <= float(cell) <= VISIBLE_NM[1] for cell in down)
-            if is_visible and (names_wavelengths(header[1][0]) or min(map(float, across)) > VISIBLE_NM[1]):
-                return False
-            # Both axes ascend: one counts samples (1, 2, 3 …), the one with larger numbers holds wavelengths.
-            return float(across[0]) > max(float(cell) for cell in down)
-    return True
-
-
 def _columns_from_columns(path: Path, header: Row, body: list[Row], wavelength_unit: str | None) -> list[Column]:
     """One column of the table is one spectrum."""
-    width = max((_used(cells) for _, cells in [header, *body]), default=0)
+    width = max((used(cells) for _, cells in [header, *body]), default=0)
     if not body or width < 2:
         line = body[0][0] if body else header[0]
         raise FileFormatError(
@@ -216,9 +196,9 @@ def _columns_from_columns(path: Path, header: Row, body: list[Row], wavelength_u
     headings = header[1][:width]
     _require_wavelengths_first(path, header[0], headings)
     for line, cells in body:
-        if headings and _used(cells) > len(headings):
+        if headings and used(cells) > len(headings):
             raise FileFormatError(
-                f"{path}, line {line}: {_used(cells)} cells under {len(headings)} headings; expected a heading each; "
+                f"{path}, line {line}: {used(cells)} cells under {len(headings)} headings; expected a heading each; "
                 f"{_ABOVE}"
             )
     own = readable(path.stem)
@@ -237,7 +217,7 @@ def _columns_from_columns(path: Path, header: Row, body: list[Row], wavelength_u
 
 def _require_wavelengths_first(path: Path, line: int, headings: list[str]) -> None:
     """Raise FileFormatError if a column before that of the wavelengths counts the rows."""
-    named = [heading.lower().startswith(AT_START) for heading in headings]
+    named = [heading.lower().startswith(AT_START) or heading.lower() in ALONE for heading in headings]
     if any(named) and not names_wavelengths(headings[0]):
         raise FileFormatError(
             f"{path}, line {line}: {headings[named.index(True)]!r} heads column {named.index(True) + 1}; expected the "
@@ -259,20 +239,15 @@ def _require_no_thousands(path: Path, rows: list[Row]) -> None:
             )
 
 
-def _used(cells: list[str]) -> int:
-    """Number of cells up to the last that holds anything: separators at the end of lines are no columns."""
-    return max((index for index, cell in enumerate(cells, 1) if cell), default=0)
-
-
 def _columns_from_rows(path: Path, header: Row, body: list[Row], wavelength_unit: str | None) -> list[Column]:
     """One row of the table is one spectrum; the first row holds the wavelengths."""
     line_of_wavelengths, (corner, *across) = header
-    across = across[: _used(across)]
+    across = across[: used(across)]
     wavelengths = [number(path, line_of_wavelengths, cell, "a wavelength") for cell in across]
     columns = []
     for line, (name, *cells) in body:
-        if _used(cells) > len(wavelengths):
-            raise FileFormatError(f"{path}, line {line}: {_used(cells)} values for {len(wavelengths)} wavelengths")
+        if used(cells) > len(wavelengths):
+            raise FileFormatError(f"{path}, line {line}: {used(cells)} values for {len(wavelengths)} wavelengths")
         column = named_column(name, readable(path.stem), wavelength_unit)
         column.value_unit = column.value_unit or stated_unit(corner, FRACTION_PER_UNIT)
         for wavelength, cell in zip(wavelengths, cells, strict=False):

@@ -19,6 +19,8 @@ WAVELENGTH_WORDS = ("wavelength", "wave length", "lambda", "λ", "wl")
 """Beginnings of the heading of wavelengths."""
 AT_START = WAVELENGTH_WORDS[:-1]
 """Those that begin no other heading: WLED is a lamp."""
+ALONE = ("nm", "um", "µm", "μm", "wl")
+"""Whole headings of wavelengths; in longer ones they may be part of a name."""
 MEDIA = ("air", "vacuum", "vac", "vac.")
 """Words in brackets after a wavelength that state no unit."""
 OTHER_WORDS = ("wavenumber", "wave number", "frequency", "energy", "photon energy")
@@ -26,8 +28,10 @@ OTHER_UNITS = (
     "cm-1", "cm^-1", "cm⁻¹", "1/cm", "ev", "phz", "thz", "ghz", "hz", "pm", "mm", "cm",
 )  # fmt: skip
 """Beginnings and units of headings of other quantities, whose numbers may look like wavelengths in nm."""
-NEITHER = ("absorbance", "optical density", "log(1/", "k/s", "photon flux", "photons", "ppfd")
+NEITHER = ("absorbance", "absorptance", "optical density", "kubelka", "log(1/", "k/s", "photon flux", "photons", "ppfd")
 """Beginnings of headings of values that are no reflectances and no power of a light."""
+NEITHER_ALONE = ("abs", "abs.", "absorption", "od", "extinction", "f(r)")
+"""Whole headings of such values; longer ones may be names, such as Abs Blue."""
 OF_OTHERS = {"reflectance": ("irradiance", "radiance"), "illuminant": ("reflectance", "transmittance")}
 """Headings of values that are not of a kind; longer ones may be names, such as Radiance Pearl."""
 PHOTONS = ("µmol", "μmol", "umol")
@@ -92,7 +96,8 @@ def require_quantity(path: Path, line: int, column: Column, kind: SpectrumKind |
         return
     heading = column.name.lower()
     alone = re.split(r"[(\[/,_]", heading)[0].strip().removeprefix("spectral ")
-    if heading.startswith(NEITHER) or alone in OF_OTHERS[kind] or any(unit in heading for unit in PHOTONS):
+    is_neither = heading.startswith(NEITHER) or bool({heading, alone} & set(NEITHER_ALONE))
+    if is_neither or alone in OF_OTHERS[kind] or any(unit in heading for unit in PHOTONS):
         wanted = "the share of light that it reflects" if kind == "reflectance" else "its power per wavelength"
         raise FileFormatError(
             f"{path}, line {line}: {column.name!r} is no {kind}; expected {wanted}: convert the numbers and rename the "

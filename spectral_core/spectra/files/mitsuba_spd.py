@@ -12,14 +12,16 @@ from spectral_core.errors import FileFormatError
 from spectral_core.files.guarded import read_text
 from spectral_core.files.whole import write_text
 from spectral_core.spectra.files.columns import Column, ReadOptions, built, number, readable
-from spectral_core.spectra.files.statements import Statements, statements_of
+from spectral_core.spectra.files.statements import Statements, require_no_other_format, statements_of
 from spectral_core.spectra.spectrum import Spectrum
 
 
 def read(path: Path, options: ReadOptions) -> list[Spectrum]:
     """The spectrum of the file, as a list of one. Raises FileFormatError."""
     column, statements = Column(readable(path.stem)), Statements(path)
-    for line_number, line in enumerate(read_text(path).splitlines(), 1):
+    numbered = list(enumerate(read_text(path).splitlines(), 1))
+    require_no_other_format(path, numbered)
+    for line_number, line in numbered:
         if line.lstrip().startswith("#"):
             statements.take(line_number, line)
             continue

@@ -7,6 +7,7 @@ One statement applies to all columns, or one per column separated by commas. Com
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 from io import StringIO
 from pathlib import Path
@@ -16,7 +17,24 @@ from spectral_core.errors import FileFormatError, UnknownNameError
 from spectral_core.spectra.files.columns import FRACTION_PER_UNIT, KINDS, NM_PER_UNIT, Column, kind_of, known_unit
 from spectral_core.spectra.spectrum import Spectrum
 
+_JCAMP = re.compile(r"##\s*(?:TITLE|JCAMP-?DX|XYDATA|XYPOINTS)\s*=", re.IGNORECASE)
+
 WORDS = ("name", "kind", "source", "interpolation", "wavelength unit", "value unit")
+
+
+def require_no_other_format(path: Path, numbered: Sequence[tuple[int, str]]) -> None:
+    """Raise FileFormatError for the lines of a format that would be read as a table of something else."""
+    for n, line in numbered:
+        if line.strip() == "BEGIN_DATA_FORMAT":
+            raise FileFormatError(
+                f"{path}, line {n}: a measurement file of CGATS or Argyll; expected a table: keep its line of field "
+                "names and its lines of data, with one column of names and the columns of wavelengths"
+            )
+        if _JCAMP.match(line):  # its statements look like comments: units, factors, and several samples in a line
+            raise FileFormatError(
+                f"{path}, line {n}: a file of JCAMP-DX ({line.strip()[:40]!r}); expected a table: export it as CSV, "
+                "with a column of wavelengths and a column of values"
+            )
 
 
 class Statements:
