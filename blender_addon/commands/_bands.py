@@ -3,13 +3,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from spectral_core.errors import InvalidInputError
 
-Pictures = list[tuple[Any, str, str]]
-"""Result, name of the view layer, and name of the view ("" except for stereo) of each picture of a frame."""
+
+@dataclass
+class Pictures:
+    """The pictures of a frame, as the engine gives them.
+
+    ``made``: result, name of the view layer, and name of the view ("" except for stereo) of each picture, if they are
+    kept. ``passes``: names of the passes of all of them, as the keys of a dictionary, in order.
+    """
+
+    keeps: bool
+    made: list[tuple[Any, str, str]] = field(default_factory=list)
+    passes: dict[str, None] = field(default_factory=dict)
+
+    def add(self, result: Any, layer: str, view: str) -> None:
+        """Add a picture."""
+        self.passes.update(dict.fromkeys(result.passes))
+        if self.keeps:
+            self.made.append((result, layer, view))
 
 
 def options(count: int | None) -> dict[str, Any]:
@@ -20,13 +39,31 @@ def options(count: int | None) -> dict[str, Any]:
 
 
 def write(path: Path, pictures: Pictures, render: Any) -> list[str]:
-    """Write every picture of a frame; returns the files."""
+    """Write every picture of a frame, as large and with pixels of the shape as F12 writes it; returns the files."""
     from spectral_core.render.spectral_exr import write_spectral_exr
 
-    targets = _paths(path, [(layer, view) for _, layer, view in pictures], render)
-    for target, (result, _, _) in zip(targets, pictures, strict=True):
-        write_spectral_exr(target, result)
+    targets = _paths(path, [(layer, view) for _, layer, view in pictures.made], render)
+    for target, (result, _, _) in zip(targets, pictures.made, strict=True):
+        write_spectral_exr(target, _framed(result, render), pixel_aspect=render.pixel_aspect_x / render.pixel_aspect_y)
     return list(map(str, targets))
+
+
+def _framed(result: Any, render: Any) -> Any:
+    """The result at its place in the frame, empty around the render border, unless Blender crops to that border."""
+    from ..translate.camera import border_in_pixels, frame_in_pixels
+
+    width, height = frame_in_pixels(render)
+    border = border_in_pixels(render, width, height)
+    if border is None or render.use_crop_to_border:
+        return result
+    left, bottom, across, up = border
+
+    def framed(pixels: Any) -> Any:
+        whole = np.zeros((height, width, pixels.shape[2]), pixels.dtype)
+        whole[bottom : bottom + up, left : left + across] = pixels
+        return whole
+
+    return replace(result, pixels=framed(result.pixels), band_pixels=framed(result.band_pixels))
 
 
 def _paths(path: Path, places: list[tuple[str, str]], render: Any) -> list[Path]:

@@ -98,6 +98,8 @@ def run(arguments: argparse.Namespace) -> int:
         scene = _blend.open_scene(arguments)
         without = _without_strips(scene)
         _passes.tick(scene, ticks)
+        if arguments.bands is not None:
+            scene.render.use_compositing = False  # its nodes may render other scenes, which no file would hold
         frames = _frames(arguments, scene)
         written = [_render_frame(arguments, measured, scene, frame, out) for frame in frames]
     notes = [*_blend.missing_files(), *without, *(note for entry in written for note in entry.pop("notes"))]
@@ -170,13 +172,14 @@ def _render_frame(
     is_split = scene.render.use_multiview and scene.render.image_settings.views_format == "INDIVIDUAL"
     ends = [view.file_suffix for view in scene.render.views if is_split or arguments.bands is not None]
     _blend.require_outputs([path], [path.with_stem(path.stem + end) for end in ends])
-    scene.frame_set(frame)
+    is_current = not arguments.animation and arguments.frame is None
+    scene.frame_set(frame, subframe=scene.frame_subframe if is_current else 0.0)
     jobs.records.clear()
-    pictures: _bands.Pictures = []
+    pictures = _bands.Pictures(keeps=arguments.bands is not None)
     wanted = jobs.RenderRequest(
         measured,
         lambda given: _blend.with_variant(given, arguments.variant),
-        lambda *picture: None if arguments.bands is None else pictures.append(picture),
+        pictures.add,
     )
     with jobs.request(wanted), tempfile.TemporaryDirectory() as folder:
         # Blender replaces braces and hashes in a path: it writes to a path without them
@@ -203,7 +206,7 @@ def _render_frame(
         "transport": result.plan["transport"].value,
         "variant": result.variant,
         "denoised": result.denoised,
-        "passes": list(result.passes),
+        "passes": list(pictures.passes),
         "prediction": None if result.prediction is None else dataclasses.asdict(result.prediction),
         "outcome": None if result.outcome is None else dataclasses.asdict(result.outcome),
         "notes": [f"{note.subject}: {note.message}" for record in jobs.records for note in record.notes],

@@ -124,6 +124,11 @@ class Translation:
         """All notes in order."""
         return tuple(self._notes.values())
 
+    @property
+    def converts_colors(self) -> bool:
+        """True if the file's working space is another one than linear sRGB."""
+        return not np.array_equal(self.rgb_from_working, np.eye(3))
+
     def linear_rgb(self, working_rgb: ArrayLike) -> NDArray[np.float64]:
         """Linear sRGB (..., 3) of colors in Blender's scene-linear space (the first three channels are read)."""
         return np.asarray(working_rgb, dtype=np.float64)[..., :3] @ self.rgb_from_working.T

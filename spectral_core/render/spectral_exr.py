@@ -28,11 +28,11 @@ def spectral_channel(wavelength_nm: float) -> str:
     return f"S0.{wavelength_nm:.6f}".replace(".", ",").replace("S0,", "S0.") + "nm"
 
 
-def write_spectral_exr(path: str | Path, result: RenderResult) -> Path:
+def write_spectral_exr(path: str | Path, result: RenderResult, pixel_aspect: float = 1.0) -> Path:
     """Write a render that measured bands; returns ``path``.
 
-    The bands' names must be their wavelengths in nm, as in ``Bands.uniform``. Raises InvalidInputError for a render
-    without bands, MissingDependencyError without OpenEXR.
+    ``pixel_aspect``: width of a pixel over its height. The bands' names must be their wavelengths in nm, as in
+    ``Bands.uniform``. Raises InvalidInputError for a render without bands, MissingDependencyError without OpenEXR.
     """
     if result.bands is None or result.band_pixels is None:
         raise InvalidInputError("this render measured no spectral bands; pass bands=Bands.uniform(...) when rendering")
@@ -46,6 +46,7 @@ def write_spectral_exr(path: str | Path, result: RenderResult) -> Path:
     # EXR's first row is the top one
     pixels = {name: np.ascontiguousarray(plane[::-1], dtype=np.float32) for name, plane in planes.items()}
     header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, **LAYOUT, **result.header}
+    header["pixelAspectRatio"] = float(pixel_aspect)
     write_exr(path, module.File(header, pixels))
     return Path(path)
 

@@ -17,8 +17,27 @@ from spectral_core.spectra.observer import normalized, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Spectrum
 
 from .images import linear_pixels
+from .tree import Input, Output
 
 Array = NDArray[Any]
+SAME_IN_ALL_SPACES = {
+    "RGB", "TEX_IMAGE", "TEX_ENVIRONMENT", "TEX_SKY", "TEX_CHECKER", "TEX_BRICK", "VALTORGB", "BLACKBODY", "WAVELENGTH",
+    "ATTRIBUTE", "VERTEX_COLOR", "OBJECT_INFO", "INVERT", "BRIGHTCONTRAST", "CUSTOM",
+}  # fmt: skip
+"""Nodes that state colors or spectra, or add them in parts, which leads to the same colors in every color space."""
+
+
+def depends_on_space(place: Input, source: Output) -> bool:
+    """True if what ``source`` gives to ``place`` is computed with single channels of colors, or is a vector as a color.
+
+    Such a color is another one in each color space.
+    """
+    node, kind = source.node, source.socket.type
+    if {kind, place.socket.type} == {"RGBA", "VECTOR"} or node.type in ("SEPARATE_COLOR", "SEPRGB", "SEPHSV"):
+        return True
+    if node.type in ("MIX", "MIX_RGB"):
+        return kind == "RGBA" and bool(node.blend_type != "MIX")
+    return kind == "RGBA" and node.type not in SAME_IN_ALL_SPACES
 
 
 @dataclass(frozen=True, eq=False)

@@ -240,9 +240,9 @@ def _float_image(
     colors = _with_alpha(colors, alpha, alpha_is_read)
     if space in NUMBER_SPACES:
         return ImageTexture(image.name, colors, color_space="raw")
-    if space == "sRGB" and is_from_file(image) and not _changes_colors(translation):
+    if space == "sRGB" and is_from_file(image) and not translation.converts_colors:
         return ImageTexture(image.name, as_in_file(colors, divided), color_space="srgb")
-    if colors.shape[2] >= 3 and _changes_colors(translation):
+    if colors.shape[2] >= 3 and translation.converts_colors:
         colors = np.concatenate([translation.linear_rgb(colors), colors[..., 3:]], axis=2)
     return ImageTexture(image.name, colors.astype(np.float32), color_space="linear")
 
@@ -250,11 +250,6 @@ def _float_image(
 def _with_alpha(colors: Array, alpha: Array | None, alpha_is_read: bool) -> Array:
     """Colors with the alpha by which they are divided after filtering, as in Cycles, if it is read."""
     return np.concatenate([colors, alpha], axis=2) if alpha is not None and alpha_is_read else colors
-
-
-def _changes_colors(translation: Translation) -> bool:
-    """True if the file's working space is another one than linear sRGB."""
-    return not np.array_equal(translation.rgb_from_working, np.eye(3))
 
 
 def _byte_image(
@@ -274,7 +269,7 @@ def _byte_image(
     # Cycles converts the colors as they are, and keeps those that no display shows
     rgb = np.broadcast_to(colors[..., :3] / np.float32(255), (*colors.shape[:2], 3))
     linear = scene_linear(rgb, space)
-    if _changes_colors(translation):
+    if translation.converts_colors:
         linear = translation.linear_rgb(linear)
     if alpha is not None:
         alpha = alpha / np.float32(255)

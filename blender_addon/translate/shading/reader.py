@@ -20,7 +20,7 @@ from ... import compat
 from .. import spectra
 from ..context import Translation
 from .attributes import UNDISPLACED
-from .fields import Field, Mixed, Value, daylight_picture, mean_color, paint_of, scalar_of, value_of
+from .fields import Field, Mixed, Value, daylight_picture, depends_on_space, mean_color, paint_of, scalar_of, value_of
 from .tree import Input, Output
 from .walks.deep import Results
 
@@ -31,6 +31,7 @@ NUMBERS = ("VALUE", "INT", "BOOLEAN")
 """Types of sockets that hold one number."""
 UNKNOWN_TO_CYCLES = ("SQUEEZE", "SHADERTORGB", "UVALONGSTROKE")
 """Nodes of other engines: a link from them has no effect in Cycles."""
+OTHER_SPACE = "computes in linear sRGB, Cycles in the file's working space: colors may differ; Linear Rec.709 avoids it"
 
 
 @dataclass
@@ -149,6 +150,8 @@ class Reader:
         if source.node.type in UNKNOWN_TO_CYCLES:
             self.note(f"Cycles ignores the node {source.label!r}; as in Cycles, the linked socket keeps its own value")
             return self.constant(place)
+        if self.translation.converts_colors and depends_on_space(place, source):
+            self.note(f"the node {source.label!r} {OTHER_SPACE}")
         key = (source.socket.as_pointer(), tuple(group.as_pointer() for group in source.groups), self.shift,
                self.undisplaced, self.raised is None)  # fmt: skip
         return self._results.of(
