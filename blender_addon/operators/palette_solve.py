@@ -2,7 +2,6 @@
 """Presets, Solve, and the resolution of a conflict."""
 
 from collections.abc import Callable
-from typing import ClassVar
 
 import bpy
 from bpy.props import EnumProperty, IntProperty
@@ -35,19 +34,15 @@ class Solving(Waiting):
 
     can_be_left = True
     stopped_text = "stopped; press Solve to continue"
+    result_of = "palette"
     _solve: palette_solve.Solve | None = None
     _is_changed = False
     """True after ``begin`` if the table is another one than before."""
-    _number = 0
-    """Number of this solve in ``_latest``."""
-    _latest: ClassVar[dict[int, int]] = {}
-    """Number of the last solve that has begun, by session number of the scene."""
 
     def change(self, context: Context) -> None:
         """Change the table. May raise SpectralError."""
 
     def begin(self, context: Context) -> Callable[[], PaletteSolution | str]:
-        self._number = 0  # until this one has begun: an error of `change` is reported
         palette_in(context)  # refuses a linked scene
         self.change(context)
         self._is_changed = type(self).change is not Solving.change
@@ -58,8 +53,6 @@ class Solving(Waiting):
             message = palette_in(context).message
             return lambda: message
         self._solve = solve
-        uid = self._scene = context.scene.session_uid
-        self._number = self._latest[uid] = self._latest.get(uid, 0) + 1
         return solve.answer
 
     def end(self, scene: Scene, answer: PaletteSolution | str) -> None:
@@ -74,14 +67,7 @@ class Solving(Waiting):
     def solved(self, solution: PaletteSolution) -> None:
         """Report on the stored solution."""
 
-    @property
-    def _is_overtaken(self) -> bool:
-        """True if another solve of this scene has begun since, as by a second preset during the solve of the first."""
-        return bool(self._number) and self._number != self._latest[self._scene]
-
     def refused(self, error: Exception) -> set[str]:
-        if self._is_overtaken:
-            return {"CANCELLED"}  # the later one solves the present table, and its undo step holds both changes
         found = super().refused(error)
         return {"FINISHED"} if self._is_changed else found  # an undo takes the change of the table back
 

@@ -35,8 +35,8 @@ def test_a_solve_that_another_one_overtakes_reports_nothing_and_leaves_no_undo_s
     """It reported "the table has changed since; press Solve again", also after the second one had solved the table."""
     first, second = Preset("metamer_pair"), Preset("hidden_mark")
     context = blender.context
-    work = first.begin(context)
-    later = second.begin(context)
+    work = first._begin(context)
+    later = second._begin(context)
     if first_ends == "before":
         assert first._ended(context.scene, work()) == {"CANCELLED"}
     assert second._ended(context.scene, later()) == {"FINISHED"}
@@ -50,9 +50,9 @@ def test_a_solve_that_another_one_overtakes_reports_nothing_and_leaves_no_undo_s
 
 def test_a_solve_is_not_overtaken_by_one_that_could_not_begin(blender):
     first, wrong = Preset("metamer_pair"), Preset("none")
-    work = first.begin(blender.context)
+    work = first._begin(blender.context)
     with pytest.raises(InvalidInputError, match="no such preset"):
-        wrong.begin(blender.context)
+        wrong._begin(blender.context)
     assert wrong.refused(InvalidInputError("no such preset")) == {"CANCELLED"}
     assert wrong.reports == [({"ERROR"}, "no such preset")]
     assert first._ended(blender.context.scene, work()) == {"FINISHED"}
@@ -60,7 +60,30 @@ def test_a_solve_is_not_overtaken_by_one_that_could_not_begin(blender):
 
 def test_a_table_that_is_edited_during_a_solve_is_still_reported(blender):
     first = Preset("metamer_pair")
-    work = first.begin(blender.context)
+    work = first._begin(blender.context)
     blender.ops.spectral.palette_remove(side="MATERIAL", index=0)
     first._ended(blender.context.scene, work())
     assert first.reports == [({"ERROR"}, "the table has changed since; press Solve again")]
+
+
+def test_the_recipe_of_earlier_settings_does_not_replace_a_later_one(blender):
+    """A slow search of an earlier press replaced the recipe: that of other settings than the panel showed."""
+    from blender_addon.editing.waiting import Waiting
+    from blender_addon.operators.design.recipe import SPECTRAL_OT_recipe_find as Found
+
+    class Find(Waiting):
+        begin, end, result_of, bl_label = Found.begin, Found.end, Found.result_of, Found.bl_label
+
+        def report(self, kind, text):
+            raise AssertionError(text)
+
+    settings = blender.context.scene.spectral.recipe
+    first, second = Find(), Find()
+    settings.cct = 2700
+    slow = first._begin(blender.context)
+    settings.cct = 6500
+    fast = second._begin(blender.context)
+    answer = fast()
+    assert second._ended(blender.context.scene, answer) == {"FINISHED"}
+    assert first._ended(blender.context.scene, slow()) == {"CANCELLED"}
+    assert settings.text == answer.text
