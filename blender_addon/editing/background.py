@@ -18,6 +18,7 @@ from spectral_core.child.ending import output_of
 
 SAVED_MEANWHILE = "the file was saved while this ran; press {button} again"
 """Status of a file that was opened, whose process is that of another session, or has ended."""
+DISABLED_MEANWHILE = "the extension was disabled while this ran; press {button} again"
 OF_BLENDER = re.compile(r"Blender (\d|quit)|Error: script failed")
 """Lines of Blender itself after the error of a script."""
 

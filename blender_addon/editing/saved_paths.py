@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that settings of the extension name relative to the .blend keep their places when it is saved elsewhere.
+"""Files that settings of the extension name relative to the .blend keep their places when it is saved elsewhere, and
+when data-blocks are appended to another one.
 
-Blender changes its own relative paths in such a save, but not those of an extension: textures would be missing.
+Blender changes its own relative paths then, but not those of an extension: textures would be missing.
 """
 
 from __future__ import annotations
@@ -16,11 +17,17 @@ import bpy
 
 from ..properties import hooks
 from ..properties.hooks import Topic
-from ..translate.shading.texture import NODE, shader_nodes
+from ..translate.shading.texture import NODE, shader_nodes_of
 
 BESIDE = {("SpectralLightDial", "filepath")}
 """Class and name of paths that always mean a file beside the .blend: a save copies recordings (``dial.paths``)."""
-OWNERS = ("scenes", "materials", "lights", "worlds", "volumes")
+OWNERS = ("scenes", "materials", "lights", "worlds", "volumes", "node_groups")
+HAS_NODES = (bpy.types.Material, bpy.types.Light, bpy.types.World, bpy.types.NodeTree)
+HAS_SETTINGS = (bpy.types.Scene, bpy.types.Material, bpy.types.Light, bpy.types.World, bpy.types.Volume)
+APPENDED = ("MAKE_LOCAL", "COPY_LOCAL")
+"""What Blender does with a data-block that is new in this file; others stay linked, or were appended before."""
+CLIPBOARD = "copybuffer"
+"""How the files begin that Blender copies objects and materials to."""
 TOPICS = (Topic.SPECTRAL_TEXTURE, Topic.SPECTRUM_CHOICE)
 """Listeners that would read the files again, which are the same."""
 
@@ -55,6 +62,29 @@ def take_back(blend: object = "", *_: object) -> None:
     _before_save.clear()
 
 
+@bpy.app.handlers.persistent
+def point_from_here(imported: Any, *_: object) -> None:
+    """Called after data-blocks were linked or appended: let relative paths of appended ones count from this file."""
+    for item in imported.import_items:
+        source = item.source_library
+        if item.id is not None and source is not None and item.append_action in APPENDED:
+            keep_places(item.id, source.filepath)
+
+
+def keep_places(block: Any, library: str) -> None:
+    """Let the relative paths of a data-block that has become local count from this file; they are as in ``library``.
+
+    Those of the clipboard stay: they count from the file that was copied from, mostly this one.
+    """
+    source = Path(bpy.path.abspath(library))
+    if block.library is not None or source.name.startswith(CLIPBOARD):
+        return
+    here = Path(bpy.data.filepath).parent if bpy.data.filepath else None
+    for place in list(_relative_paths_of(block)):
+        text = getattr(*place)
+        _set(place, _moved(text, source.parent, here) if here else os.path.normpath(source.parent / text[2:]))
+
+
 def _moved(text: str, old: Path, new: Path) -> str:
     """The path ``text`` of a file in ``old``, for a file in ``new``."""
     joined = old / text[2:]
@@ -81,16 +111,20 @@ def _set(place: Place, text: str) -> None:
 
 def _relative_paths() -> Iterator[Place]:
     """Each path of this file, not of its libraries, that is relative to it."""
-    for node in shader_nodes():
-        if node.id_data.library is not None:
-            continue
-        if node.bl_idname == NODE and node.filepath.startswith("//"):
-            yield node, "filepath"
-        if node.is_property_set("spectral"):  # to read it would make one in each node
-            yield from _paths_in(node.spectral)
-    for owner in (block for name in OWNERS for block in getattr(bpy.data, name)):
-        if owner.library is None:
-            yield from _paths_in(owner.spectral)
+    for block in (each for name in OWNERS for each in getattr(bpy.data, name)):
+        if block.library is None:
+            yield from _relative_paths_of(block)
+
+
+def _relative_paths_of(block: Any) -> Iterator[Place]:
+    if isinstance(block, HAS_NODES):
+        for node in shader_nodes_of(block):
+            if node.bl_idname == NODE and node.filepath.startswith("//"):
+                yield node, "filepath"
+            if node.is_property_set("spectral"):  # to read it would make one in each node
+                yield from _paths_in(node.spectral)
+    if isinstance(block, HAS_SETTINGS):
+        yield from _paths_in(block.spectral)
 
 
 def _paths_in(group: Any) -> Iterator[Place]:
@@ -123,11 +157,16 @@ def _declared(kind: Any) -> tuple[tuple[str, ...], tuple[tuple[str, bool], ...]]
     return tuple(names), tuple(inner)
 
 
-HANDLERS = {"save_pre": point_from, "save_post": take_back, "save_post_fail": take_back}
+HANDLERS = {
+    "save_pre": point_from,
+    "save_post": take_back,
+    "save_post_fail": take_back,
+    "blend_import_post": point_from_here,
+}
 
 
 def register() -> None:
-    """Start listening to saves."""
+    """Start listening to saves and imports."""
     for name, handler in HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
 

@@ -19,7 +19,7 @@ from spectral_core.render.process.interpreter import find_python
 from spectral_core.spectra.color import display_rgb_from_linear
 
 from ..translate.texture_project import project_of, report_lines
-from .background import SAVED_MEANWHILE, BackgroundCommand, settle, temporary, told_if_temporary
+from .background import DISABLED_MEANWHILE, SAVED_MEANWHILE, BackgroundCommand, settle, temporary, told_if_temporary
 from .deferred import RENDER_SECONDS, open_scene, redraw
 
 POLL_S = 0.25
@@ -221,3 +221,4 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(tick):
         bpy.app.timers.unregister(tick)
     _forget()
+    settle((scene.spectral.texture for scene in bpy.data.scenes), DISABLED_MEANWHILE.format(button="Design Texture"))

@@ -16,6 +16,7 @@ from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralErr
 
 from .deferred import open_scene
 from .pauses import pause, paused_seconds
+from .turn import Turn
 
 LOOK_AGAIN_S = 0.1
 """Time between two looks whether the work of an operator is done."""
@@ -60,6 +61,9 @@ class Waiting:
     can_be_left = False
     """True if after Esc nobody waits for the end of the work: it writes nothing."""
     stopped_text = "stopped; nothing has changed"
+    result_of = ""
+    """What the answer is stored in, such as the palette: it is dropped if another operator for it has begun since."""
+    _turn: Turn | None = None
     stopping: threading.Event
     """Set after Esc. Work on a thread reads this, and not the operator, which Blender may have freed."""
     _thread: threading.Thread | None = None
@@ -86,6 +90,12 @@ class Waiting:
 
     def failed(self, scene: Scene) -> None:
         """Take back what ``begin`` has changed."""
+
+    def _begin(self, context: Context) -> Callable[[], Any]:
+        self._turn = None  # of a run before
+        work = self.begin(context)
+        self._turn = Turn(context.scene, self.result_of)
+        return work
 
     def stop(self) -> None:
         """End early. Called by Esc, and when Blender ends the operator."""
@@ -117,7 +127,7 @@ class Waiting:
         try:
             with self._leaving_on_failure():
                 self.prepare(context, at_once=True)
-                work = self.begin(context)
+                work = self._begin(context)
         except (SpectralError, OSError) as error:
             return self.refused(error)
         return self._ended(context.scene, _answer_of(work))
@@ -155,7 +165,7 @@ class Waiting:
             context.workspace.status_text_set(text)
 
     def _begin_on_thread(self, context: Context) -> None:
-        work, answers = self.begin(context), self._answers
+        work, answers = self._begin(context), self._answers
         self._thread = threading.Thread(target=lambda: answers.append(_answer_of(work)), daemon=True)
         self._thread.start()
 
@@ -243,6 +253,8 @@ class Waiting:
 
     def _ended(self, scene: Scene, answer: Any) -> set[str]:
         self.leave()
+        if self._turn is not None and self._turn.is_overtaken:
+            return {"CANCELLED"}  # no message and no undo step: that of the later operator holds the changes of both
         if not isinstance(answer, Exception):
             try:
                 self.end(scene, answer)

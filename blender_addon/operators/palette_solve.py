@@ -34,6 +34,7 @@ class Solving(Waiting):
 
     can_be_left = True
     stopped_text = "stopped; press Solve to continue"
+    result_of = "palette"
     _solve: palette_solve.Solve | None = None
     _is_changed = False
     """True after ``begin`` if the table is another one than before."""

@@ -62,7 +62,7 @@ def test_an_alternative_of_rows_in_another_order_is_refused(twins) -> None:
     from tests.blender_ui.test_long_names import Texts
 
     bpy.ops.spectral.palette_move(side="MATERIAL", direction="BACK")
-    with pytest.raises(RuntimeError, match="the table has changed since this answer was found"):
+    with pytest.raises(RuntimeError, match="the table has changed since this alternative was found"):
         bpy.ops.spectral.palette_alternative_take(index=1)
     bpy.ops.spectral.palette_solve()
     np.testing.assert_allclose(actual(twins), integrated(twins), atol=2e-4)

@@ -108,7 +108,7 @@ def test_an_alternative_of_another_table_is_refused(blender, palette) -> None:
     blender.ops.spectral.palette_solve()
     after = spectra_of(palette)
     assert max(np.abs(a - b).max() for a, b in zip(before, after, strict=True)) > 1e-3
-    with pytest.raises(RuntimeError, match="the table has changed since this answer was found"):
+    with pytest.raises(RuntimeError, match="the table has changed since this alternative was found"):
         blender.ops.spectral.palette_alternative_take(index=0)
     for a, b in zip(after, spectra_of(palette), strict=True):
         np.testing.assert_array_equal(a, b)

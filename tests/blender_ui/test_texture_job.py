@@ -137,6 +137,21 @@ def test_the_panel_of_another_scene_shows_the_design_of_the_file(scene: Any) -> 
     assert layout.row.called  # its own result stays
 
 
+def test_disabling_the_extension_ends_what_runs_and_says_so(scene: Any) -> None:
+    """The panel showed the last step of it when the extension was enabled again."""
+    from blender_addon.editing.sweep import live as sweeps
+
+    process = started(scene)
+    scene.spectral.sweep.is_under_way, scene.spectral.sweep.status = True, "3 of 7 points"
+    for module in (texture_job, sweeps):
+        module.unregister()
+        module.register()
+    assert process.poll() is not None
+    for group, button in ((scene.spectral.texture, "Design Texture"), (scene.spectral.sweep, "Run Sweep")):
+        assert not group.is_under_way
+        assert group.status == f"the extension was disabled while this ran; press {button} again"
+
+
 @pytest.mark.parametrize("saved", [True, False])
 def test_a_texture_in_a_temporary_folder_is_named(scene: Any, saved: bool, tmp_path: Any) -> None:
     """It is deleted at the end of the session, also if the .blend is saved afterward."""

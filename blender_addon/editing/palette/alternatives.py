@@ -121,7 +121,7 @@ def take(scene: Scene, index: int) -> None:
         )
     answer = palette.alternatives[index]
     if answer.asked != _asked(palette):
-        raise InvalidInputError("the table has changed since this answer was found; press Find Alternatives again")
+        raise InvalidInputError("the table has changed since this alternative was found; press Find Alternatives again")
     spectra, cells = json.loads(answer.spectra), json.loads(answer.cells)
     actual, wanted, errors = (np.array(cells[name]) for name in ("actual", "wanted", "delta_e"))
     with paused():

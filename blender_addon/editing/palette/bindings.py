@@ -14,6 +14,7 @@ from spectral_core.errors import InvalidInputError
 
 from ... import compat
 from ...translate.spectra.stored import library_of
+from ..saved_paths import keep_places
 
 POINTERS = {"material": "materials", "light": "lights", "world": "worlds"}
 """Property of a row or column, and the collection of ``bpy.data`` with such data-blocks."""
@@ -111,7 +112,10 @@ def make_local(entry: PropertyGroup, pointer: str) -> str:
     require_reached(block)
     name, file = block.name, bpy.path.basename(library_of(block).filepath)
     stays = any(each.library for each in bpy.data.user_map(subset=[block])[block])
+    library = block.library.filepath if block.library else ""
     setattr(entry, pointer, block.make_local(clear_liboverride=True))
+    if library:
+        keep_places(getattr(entry, pointer), library)
     return f"{name} is local now" + (f"; objects that are linked from {file} keep the linked one" if stays else "")
 
 

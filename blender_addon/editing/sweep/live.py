@@ -19,7 +19,7 @@ from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.store import Store
 
-from ..background import SAVED_MEANWHILE, settle, told_if_temporary
+from ..background import DISABLED_MEANWHILE, SAVED_MEANWHILE, settle, told_if_temporary
 from ..board.paths import block_at
 from ..deferred import RENDER_SECONDS, open_scene, redraw
 from .documents import Documents, command_line, folder_of, require_own_table, write_documents
@@ -294,4 +294,5 @@ def unregister() -> None:
     if bpy.app.timers.is_registered(tick):
         bpy.app.timers.unregister(tick)
     _forget()
+    settle((scene.spectral.sweep for scene in bpy.data.scenes), DISABLED_MEANWHILE.format(button="Run Sweep"))
     stop_serving()

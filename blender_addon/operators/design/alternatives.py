@@ -19,6 +19,7 @@ class SPECTRAL_OT_palette_alternatives(Waiting, bpy.types.Operator):
     bl_label = "Find Alternatives"
     bl_options = UNDOABLE
     can_be_left = True
+    result_of = "alternatives"
     seed: IntProperty(name="Seed", default=0, min=0, description="Another number gives other solutions")
 
     def begin(self, context: Context) -> Callable[[], alternatives.Found]:
@@ -30,7 +31,7 @@ class SPECTRAL_OT_palette_alternatives(Waiting, bpy.types.Operator):
         if len(answer) < 2:
             self.report({"WARNING"}, "the targets allow only one solution; ignore a cell or unlock a material for more")
         else:
-            self.report({"INFO"}, f"{len(answer)} different answers")
+            self.report({"INFO"}, f"{len(answer)} different alternatives")
 
 
 class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):
@@ -39,7 +40,7 @@ class SPECTRAL_OT_palette_alternative_take(bpy.types.Operator):
     bl_idname = "spectral.palette_alternative_take"
     bl_label = "Take Alternative"
     bl_options = UNDOABLE
-    index: IntProperty(name="Answer", min=0, description="Number of the solution, from 0")
+    index: IntProperty(name="Alternative", min=0, description="Number of the solution, from 0")
 
     @reporting
     def execute(self, context: Context) -> None:

@@ -20,6 +20,7 @@ class SPECTRAL_OT_recipe_find(Waiting, bpy.types.Operator):
     bl_label = "Find Recipe"
     bl_options = UNDOABLE
     can_be_left = True
+    result_of = "recipe"
 
     def begin(self, context: Context) -> Callable[[], recipe.Found]:
         require_kept(context.scene, "recipe")

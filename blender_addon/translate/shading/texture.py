@@ -52,9 +52,14 @@ def spectral_texture_nodes() -> Iterator[Any]:
 
 def shader_nodes() -> Iterator[Any]:
     """All nodes of materials, worlds, lights and their groups."""
-    owners = (*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights)
-    for tree in (*bpy.data.node_groups, *(owner.node_tree for owner in owners)):
-        yield from (node for node in (tree.nodes if tree else ()) if isinstance(node, bpy.types.ShaderNode))
+    for block in (*bpy.data.node_groups, *bpy.data.materials, *bpy.data.worlds, *bpy.data.lights):
+        yield from shader_nodes_of(block)
+
+
+def shader_nodes_of(block: Any) -> Iterator[Any]:
+    """The nodes of a material, world, light or group."""
+    tree = block if isinstance(block, bpy.types.NodeTree) else block.node_tree
+    return (node for node in (tree.nodes if tree else ()) if isinstance(node, bpy.types.ShaderNode))
 
 
 def file_of(node: Any) -> Path:
