@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lens.aperture import width_of_lens
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_ERROR, How
 from spectral_core.render.plan.fluorescence import error_without_dyes
@@ -227,7 +228,7 @@ def _depth_of_field(found: Found) -> Effect:
     if scene.camera.aperture_radius <= 0:
         return absent("depth_of_field", "the camera's aperture is closed", SMALL_SHARE)
     blur = bounds.blur_of_lens(scene, found.points)
-    width = 2 * scene.camera.aperture_radius
+    width = width_of_lens(scene.camera)
     reason = f"the lens is open {width:.3g} units wide; nothing blurs by more than {blur:.2g} pixels"
     levels = (Level("on"), Level("off", bounds.error_of_blur(blur), SMALL_SHARE))
     return Effect("depth_of_field", levels, reason, "everything is in focus", "bounded", ON_OFF)

@@ -35,18 +35,25 @@ from spectral_core.scene import (
     Rays,
     ScatteringMedium,
     Scene,
+    Sheen,
     SpectralImage,
+    Subsurface,
     SunLight,
+    Toon,
     Translucent,
     Transparent,
+    largest_sum,
     leaves,
     values_of,
 )
+from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
 MOST_DIFFUSE_BOUNCES = 32
 
 _IMAGES = (Computed, ImageTexture, SpectralImage)
+_DIFFUSE = (Diffuse, Sheen, Subsurface, Toon, Translucent)
+"""Closures that reflect or transmit light in many directions; those of mirrors and glass have bounces of their own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +128,9 @@ def take_inventory(scene: Scene) -> Inventory:
         light_bodies=bodies,
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
         surfaces=len(scene.instances),
-        largest_reflectance=max([0.8 if not materials else 0.0, *(_largest_reflectance(m) for m in materials)]),
+        largest_reflectance=max(
+            [0.8 if not materials else 0.0, *(largest_sum(m.surface, _largest_reflectance) for m in materials)]
+        ),
     )
 
 
@@ -228,11 +237,11 @@ def is_transparent(material: Material) -> bool:
     )
 
 
-def _largest_reflectance(material: Material) -> float:
-    colors = [c.color for c in leaves(material.surface) if isinstance(c, (Diffuse, Translucent))]
-    sizes = [_share(part) for color in colors for part in paint_parts(color)]
-    sizes += [1.0 for c in leaves(material.surface) if isinstance(c, Fluorescent)]
-    return max(sizes, default=0.0)
+def _largest_reflectance(closure: Closure) -> float:
+    """Largest share of light that a closure scatters in many directions."""
+    if isinstance(closure, Fluorescent):
+        return 1.0
+    return max(map(_share, paint_parts(closure.color))) if isinstance(closure, _DIFFUSE) else 0.0
 
 
 def largest_size(paint: Any) -> float:
