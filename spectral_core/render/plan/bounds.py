@@ -98,13 +98,15 @@ def depths(scene: Scene, points: Array) -> Array:
     return np.asarray(along[along > scene.camera.near])
 
 
-def blur_of_lens(scene: Scene, points: Array) -> float:
-    """Largest circle of confusion, in pixels, at any of the points that the camera sees."""
+def blur_of_lens(scene: Scene, points: Array, *, further: bool = False) -> float:
+    """Largest circle of confusion, in pixels, at any of the points that the camera sees; ``further``: it also sees
+    what lies at any distance behind them, in mirrors, through glass or through portals.
+    """
     camera = scene.camera
     along = depths(scene, points)
     if camera.aperture_radius <= 0 or not len(along):
         return 0.0
-    if not scene.world.is_black or scene.world.camera_view is not None:  # a sharp detail of it is far away
+    if further or not scene.world.is_black or scene.world.camera_view is not None:  # a sharp detail may be far away
         along = np.append(along, 1e9)
     spread = width_of_lens(camera) * np.abs(along / camera.focus_distance - 1)
     spread = spread / along if _shrinks(scene) else spread
@@ -236,6 +238,8 @@ def _of_surface(radiance: float, mesh: Mesh, item: Instance, box: Array, length:
 def _of_lamp(light: Light, box: Array, length: float, scene: Scene) -> float:
     """The same of one lamp."""
     tint = largest_light(light.color)
+    if tint == 0 or (light.irradiance if isinstance(light, SunLight) else light.power_w) == 0:
+        return 0.0  # whatever its pattern
     if isinstance(light, SunLight):
         return tint * abs(light.irradiance) * length
     center = light.world_from_light[:3, 3]
@@ -285,9 +289,9 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, 
 
 
 def _emitted(material: Material) -> float:
-    """Largest radiance that a material emits; a varying strength counts as 1."""
+    """Largest radiance that a material emits."""
     found = 0.0
     for color, amount in emissions_of(material.surface):
-        strength = abs(float(amount)) if isinstance(amount, (int, float)) else 1.0
+        strength = abs(float(amount)) if isinstance(amount, (int, float)) else largest_size(amount)
         found = max(found, strength * max(largest_light(part) for part in paint_parts(color)))
     return found
