@@ -156,17 +156,17 @@ def spread_of_dispersion(scene: Scene, materials: list[Material], points: Array)
 
 
 def optical_depth(scene: Scene, material: Material) -> float:
-    """Largest optical depth of a material's medium: extinction times the longest path through any of its boxes."""
+    """Largest optical depth of a material's medium: a path may pass all of its boxes, each from corner to corner."""
+    boxes = (corners(scene, item) for item in scene.instances if material.name in item.materials)
+    return _extinction(material) * sum(float(np.linalg.norm(np.ptp(box, axis=0))) for box in boxes if len(box))
+
+
+def _extinction(material: Material) -> float:
+    """Largest extinction of a material's medium, per unit of length."""
     medium = material.medium
     if medium is None:
         return 0.0
-    extinction = 1.0 if medium.extinction is None else largest_size(medium.extinction)
-    longest = 0.0
-    for item in scene.instances:
-        if material.name in item.materials:
-            box = corners(scene, item)
-            longest = max(longest, float(np.linalg.norm(np.ptp(box, axis=0)))) if len(box) else longest
-    return max(medium.density, 0.0) * extinction * longest
+    return max(medium.density, 0.0) * (1.0 if medium.extinction is None else largest_size(medium.extinction))
 
 
 def error_of_medium(scene: Scene, material: Material) -> float:
@@ -183,14 +183,13 @@ def error_of_medium(scene: Scene, material: Material) -> float:
     if depth > 0.2:
         return _EVERYTHING
     phase = _forward(medium)
-    albedo = largest_size(medium.color)
+    scattering = _extinction(material) * largest_size(medium.color)
     added = 0.0
     for item in scene.instances:
         if material.name not in item.materials or not len(box := corners(scene, item)):
             continue
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
         added += medium.emission_strength * largest_light(medium.emission_color) * length
-        scattering = depth / max(length, 1e-30) * albedo
         added += scattering * phase * irradiance_along(scene, box, length)
         added += (
             0.0
