@@ -248,8 +248,11 @@ def _choose_format(render: Any, path: Path, *, layers: bool) -> None:
     """Set Blender's output to a file; an EXR holds 32-bit floats, and passes as ``layers``."""
     from .. import compat
 
-    kind = "OPEN_EXR_MULTILAYER" if layers else FORMATS[path.suffix]
-    compat.set_image_format(render.image_settings, kind, **({"color_depth": "32"} if "EXR" in kind else {}))
+    output, kind = render.image_settings, "OPEN_EXR_MULTILAYER" if layers else FORMATS[path.suffix]
+    space = output.linear_colorspace_settings.name if "EXR" in output.file_format and "EXR" in kind else None
+    compat.set_image_format(output, kind, **({"color_depth": "32"} if "EXR" in kind else {}))
+    if space is not None:  # Blender sets it back with the format
+        output.linear_colorspace_settings.name = space
     render.filepath, render.use_file_extension = str(path), False
 
 
@@ -266,18 +269,26 @@ def _finished(records: list[Any], frame: int) -> Any:
 
 
 def _colors(scene: Any, out: Path, bands: int | None) -> str:
-    """Text on the encoding of the colors."""
+    """Text on the encoding of the colors, which the file's output may override."""
     from .. import compat
 
     if bands is not None:
         return f"linear sRGB, and radiance per nm in {bands} bands; straight from the renderer, without compositing"
+    output = scene.render.image_settings
+    overrides = output.color_management == "OVERRIDE"
     if out.suffix.lower() == ".exr":
         import bpy
 
-        return f"scene-linear, {compat.working_space(bpy.data)}"
-    view = scene.view_settings
-    look = "" if view.look == "None" else f", look {view.look}"
-    return f"{scene.display_settings.display_device} through the file's view transform {view.view_transform}{look}"
+        own = output.linear_colorspace_settings.name
+        return (
+            f"linear, {own}, by the output's own color space"
+            if overrides
+            else (f"scene-linear, {compat.working_space(bpy.data)}")
+        )
+    owner, whose = (output, "output's own") if overrides else (scene, "file's")
+    look = "" if owner.view_settings.look == "None" else f", look {owner.view_settings.look}"
+    device, view = owner.display_settings.display_device, owner.view_settings.view_transform
+    return f"{device} through the {whose} view transform {view}{look}"
 
 
 def _file_of(arguments: argparse.Namespace, out: Path, frame: int) -> Path:

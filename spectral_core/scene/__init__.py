@@ -17,6 +17,7 @@ from spectral_core.scene.hair import (
 from spectral_core.scene.leaves import (
     emissions_of,
     has_holes,
+    largest_sum,
     leaves,
     map_leaves,
     mesh_inputs_of,
@@ -147,6 +148,7 @@ __all__ = [
     "emissions_of",
     "gray",
     "has_holes",
+    "largest_sum",
     "leaves",
     "map_leaves",
     "mesh_inputs_of",

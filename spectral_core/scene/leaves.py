@@ -80,6 +80,29 @@ def emissions_of(surface: Surface | None) -> Iterator[tuple[Paint, Scalar]]:
             yield color, strength
 
 
+def largest_sum(surface: Surface | None, value: Callable[[Closure], float]) -> float:
+    """Largest ``value`` of a surface's closures, which is at least 0; those of a sum add up, in a mix one counts."""
+    known: dict[int, float] = {}
+    stack = [] if surface is None else [surface]
+    while stack:  # no recursion: a tree may be thousands of mixes deep
+        item = stack[-1]
+        parts = parts_of(item) if isinstance(item, INNER) else []
+        if waiting := [inner for inner in parts if id(inner) not in known]:
+            stack += waiting
+            continue
+        if id(stack.pop()) in known:
+            continue
+        values = [known[id(inner)] for inner in parts]
+        if isinstance(item, SumSurface):  # a flat tree of mixes and sums
+            weights = (abs(weight.constant) for weight, _ in item.parts)
+            known[id(item)] = max(sum(w * v for w, v in zip(weights, values, strict=True)), *values, 0.0)
+        elif isinstance(item, INNER):
+            known[id(item)] = sum(values) if isinstance(item, AddSurface) else max(values)
+        else:
+            known[id(item)] = value(item)
+    return 0.0 if surface is None else known[id(surface)]
+
+
 def map_leaves(surface: Surface, change: Callable[[Closure], Surface]) -> Surface:
     """The surface with every closure changed, one that occurs more than once in the same way; the same object if
     nothing changes.

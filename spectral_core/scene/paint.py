@@ -13,6 +13,7 @@ from spectral_core.checks import frozen_array, read_only_when_copied, require_ch
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.spectral_image import SpectralImage
+from spectral_core.spectra.color import linear_from_display_rgb
 from spectral_core.spectra.spectrum import Spectrum
 
 LARGEST = 1e38
@@ -81,6 +82,25 @@ class Color:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "linear_rgb", frozen_array("linear_rgb", self.linear_rgb, (3,)))
+
+
+MOST_TEXELS = 1 << 16
+
+
+def some_texels(pixels: NDArray[Any]) -> NDArray[Any]:
+    """(n, channels) of an image (height, width, channels), evenly spread: all of them, or ``MOST_TEXELS`` at most."""
+    height, width, channels = pixels.shape
+    step = -(-height * width // MOST_TEXELS)
+    while np.gcd(step, width) > 1:  # rows begin in different columns
+        step += 1
+    return pixels.reshape(-1, channels)[::step]
+
+
+def some_colors(pixels: NDArray[Any], color_space: str) -> NDArray[np.float64]:
+    """(n, 3) of an image in linear sRGB, evenly spread."""
+    rows = some_texels(pixels[..., :3]).astype(np.float64) / (255 if pixels.dtype == np.uint8 else 1)
+    rows = linear_from_display_rgb(rows) if color_space == "srgb" else rows
+    return np.repeat(rows, 3, axis=1) if rows.shape[1] == 1 else rows
 
 
 @read_only_when_copied

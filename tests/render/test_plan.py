@@ -92,9 +92,9 @@ def test_a_gray_plane_needs_no_effects():
         (Principled(emission_strength=1.0, emission_color=gray(0.0)), "emissive_meshes", "off"),
         (MixSurface(0.5, Diffuse(), Transparent()), "transparency", "on"),
         (Principled(alpha=0.5), "transparency", "on"),
-        (Glass(), "bounces", "24"),
-        (Principled(transmission=1.0), "bounces", "24"),
-        (Principled(), "bounces", "12"),
+        (Glass(), "bounces", "64"),
+        (Principled(transmission=1.0), "bounces", "64"),
+        (Principled(), "bounces", "64"),
         (Diffuse(gray(0.0)), "bounces", "2"),
     ],
 )

@@ -13,7 +13,7 @@ from benchmarks.render.checks.film_forms import reflected
 from spectral_core.errors import InvalidInputError
 from spectral_core.render import plan_from_data, render_scene
 from spectral_core.render.plan.simulated import simulated_scene
-from spectral_core.render.plan.thin_film import KNOTS_NM, reflectance
+from spectral_core.render.plan.thin_film import KNOTS_NM, layers_of, reflectance
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.scene import Film as Raster
 from spectral_core.scene import (
@@ -92,7 +92,8 @@ def test_the_plan_computes_the_reflection_of_a_film_by_its_transfer_matrix(base,
         closure = Metal(color=tints[0], edge_tint=tints[1], **colors)
     else:
         closure = Glass(ior=base.real, **colors)
-    found = reflectance(closure, np.cos(np.radians(degrees)), 310.0)
+    ((indices, thickness),) = layers_of(closure)
+    found = reflectance(indices, np.cos(np.radians(degrees)), thickness)
     expected = reflected((1.0, 1.7, base), 310.0, np.radians(degrees))(KNOTS_NM)
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
@@ -163,3 +164,26 @@ def test_rough_glass_keeps_its_energy_under_a_film(monkeypatch, transport):
     found, _, lost = furnace_scenes.tile_albedos(lambda rough: replace(glass, roughness=rough), 1024, transport)
     assert lost == 0
     assert np.abs(found.mean(axis=-1) - 1).max() < 0.009
+
+
+VARYING = ImageTexture("film", np.array([1.1, 1.9], np.float32).reshape(1, 2, 1), "linear")
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [
+        Principled(gray(0.8), metallic=0.4, ior=1.33),
+        Principled(gray(0.8), metallic=VARYING, ior=1.33),
+        Principled(gray(0.8), ior=1.33, thin_film_ior=VARYING),
+        Glass(ior=1.33, thin_film_ior=VARYING),
+    ],
+)
+def test_a_film_that_only_a_part_of_a_surface_hides_is_kept(surface):
+    """Water below a film of its own index shows no film, but the metal in it does, and so do other indices."""
+    plan = plan_from_data(lit_plane(LAMP, surface=replace(surface, thin_film_thickness=400.0)))
+    assert plan["thin_film"].value == "on" and plan["thin_film"].error > 10
+
+
+def test_a_film_of_the_index_below_it_is_left_out():
+    plan = plan_from_data(lit_plane(LAMP, surface=Glass(ior=1.33, thin_film_thickness=400.0)))
+    assert plan["thin_film"].value == "off"

@@ -25,8 +25,7 @@ from spectral_core.render.cost.work import Meter
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import EffectPlan
-from spectral_core.render.plan.effects_from_pilot import is_sharp
-from spectral_core.render.plan.inventory import shown_materials
+from spectral_core.render.plan.inventory import is_sharp, shown_materials
 from spectral_core.scene import Material, Scene, leaves
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
 

@@ -8,10 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.scene import Aperture
+from spectral_core.scene import Aperture, Camera
 
 FEWEST_BLADES = 3
 """Fewer blades leave a circle open."""
+
+
+def width_of_lens(camera: Camera) -> float:
+    """Largest diameter of the open lens, which a ratio below 1 widens to the sides."""
+    return 2 * camera.aperture_radius * max(1.0, 1 / camera.aperture.ratio)
 
 
 def in_polygon(aperture: Aperture, draw: Any, m: Any, number: Callable[[float], Any]) -> tuple[Any, Any]:

@@ -11,6 +11,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lens.aperture import width_of_lens
+from spectral_core.render.lens.in_view import pixels_per_unit, points_in_view
+from spectral_core.render.mitsuba_scene.light import spread_of
 from spectral_core.render.mitsuba_scene.radiometry import (
     intensity_of_point,
     radiance_of_ball,
@@ -39,8 +42,6 @@ from spectral_core.spectra.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 _GRAYS = np.geomspace(1e-3, 1.0, 25)
-PANORAMA_DENSITY = 8.0
-"""Pixels of a panorama per pixel of an even picture of one radian: its projection is denser in places."""
 EDGE_CURVATURE = 6.2
 """ΔE2000 at the sharpest edge for a blur of c pixels, over c²: an edge from black to white under the pixel filter
 (standard deviation 0.35 pixels) changes by half the blur's variance, c²/16, times its largest second derivative."""
@@ -70,14 +71,6 @@ def error_of_blur(pixels: float) -> float:
     return min(EDGE_CURVATURE * pixels * pixels, _EVERYTHING)
 
 
-def pixels_per_unit(scene: Scene) -> float:
-    """Pixels per unit at distance 1 (perspective, panoramic), or per unit at any distance (orthographic)."""
-    film, camera = scene.film, scene.camera
-    if camera.panorama is not None:
-        return PANORAMA_DENSITY * max(film.width, film.height * film.pixel_aspect) / camera.panorama.least_side_rad
-    return film.width / camera.window(film)[0]
-
-
 def _shrinks(scene: Scene) -> bool:
     """True if what is farther is smaller in the picture."""
     return scene.camera.kind != "orthographic"
@@ -90,9 +83,8 @@ def corners(scene: Scene, instance: Instance) -> Array:
 
 
 def seen_points(scene: Scene) -> Array:
-    """(n, 3) corners of the boxes of all objects, which contain everything that the camera sees."""
-    parts = placed_boxes(scene.meshes, scene.instances)
-    return np.concatenate(parts) if parts else np.zeros((0, 3))
+    """(n, 3) corners of the boxes of all objects, as far as the camera sees them: what it sees lies between them."""
+    return points_in_view(scene.camera, scene.film, placed_boxes(scene.meshes, scene.instances))
 
 
 def depths(scene: Scene, points: Array) -> Array:
@@ -106,17 +98,19 @@ def depths(scene: Scene, points: Array) -> Array:
     return np.asarray(along[along > scene.camera.near])
 
 
-def blur_of_lens(scene: Scene, points: Array) -> float:
-    """Largest circle of confusion, in pixels, at any of the points that the camera sees."""
+def blur_of_lens(scene: Scene, points: Array, *, further: bool = False) -> float:
+    """Largest circle of confusion, in pixels, at any of the points that the camera sees; ``further``: it also sees
+    what lies at any distance behind them, in mirrors, through glass or through portals.
+    """
     camera = scene.camera
     along = depths(scene, points)
     if camera.aperture_radius <= 0 or not len(along):
         return 0.0
-    if not scene.world.is_black or scene.world.camera_view is not None:  # a sharp detail of it is far away
+    if further or not scene.world.is_black or scene.world.camera_view is not None:  # a sharp detail may be far away
         along = np.append(along, 1e9)
-    spread = 2 * camera.aperture_radius * np.abs(along / camera.focus_distance - 1)
+    spread = width_of_lens(camera) * np.abs(along / camera.focus_distance - 1)
     spread = spread / along if _shrinks(scene) else spread
-    return float(pixels_per_unit(scene) * spread.max())
+    return float(pixels_per_unit(scene.camera, scene.film) * spread.max())
 
 
 def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, boxes: list[Array]) -> float:
@@ -131,7 +125,7 @@ def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, box
         return float("inf")
     reach = float(np.linalg.norm(placed - center, axis=1).max())
     width = 2 * light.radius * reach / nearest
-    scale = pixels_per_unit(scene) / (float(along.min()) if _shrinks(scene) else 1.0)
+    scale = pixels_per_unit(scene.camera, scene.film) / (float(along.min()) if _shrinks(scene) else 1.0)
     return scale * width
 
 
@@ -154,26 +148,25 @@ def spread_of_dispersion(scene: Scene, materials: list[Material], points: Array)
     along = depths(scene, points)
     if change == 0.0 or not len(along):
         return 0.0
-    placed = seen_points(scene)
-    size = float(np.linalg.norm(np.ptp(placed, axis=0)))
-    scale = pixels_per_unit(scene)
+    size = float(np.linalg.norm(np.ptp(np.concatenate(placed_boxes(scene.meshes, scene.instances)), axis=0)))
+    scale = pixels_per_unit(scene.camera, scene.film)
     # two surfaces, each deflecting light by the change of index times the tangent of the angle, 2 at 63 degrees
     reach = max(1.0, size / float(along.min())) if _shrinks(scene) else size
     return 2 * 2 * change * scale * reach
 
 
 def optical_depth(scene: Scene, material: Material) -> float:
-    """Largest optical depth of a material's medium: extinction times the longest path through any of its boxes."""
+    """Largest optical depth of a material's medium: a path may pass all of its boxes, each from corner to corner."""
+    boxes = (corners(scene, item) for item in scene.instances if material.name in item.materials)
+    return _extinction(material) * sum(float(np.linalg.norm(np.ptp(box, axis=0))) for box in boxes if len(box))
+
+
+def _extinction(material: Material) -> float:
+    """Largest extinction of a material's medium, per unit of length."""
     medium = material.medium
     if medium is None:
         return 0.0
-    extinction = 1.0 if medium.extinction is None else largest_size(medium.extinction)
-    longest = 0.0
-    for item in scene.instances:
-        if material.name in item.materials:
-            box = corners(scene, item)
-            longest = max(longest, float(np.linalg.norm(np.ptp(box, axis=0)))) if len(box) else longest
-    return max(medium.density, 0.0) * extinction * longest
+    return max(medium.density, 0.0) * (1.0 if medium.extinction is None else largest_size(medium.extinction))
 
 
 def error_of_medium(scene: Scene, material: Material) -> float:
@@ -190,14 +183,13 @@ def error_of_medium(scene: Scene, material: Material) -> float:
     if depth > 0.2:
         return _EVERYTHING
     phase = _forward(medium)
-    albedo = largest_size(medium.color)
+    scattering = _extinction(material) * largest_size(medium.color)
     added = 0.0
     for item in scene.instances:
         if material.name not in item.materials or not len(box := corners(scene, item)):
             continue
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
         added += medium.emission_strength * largest_light(medium.emission_color) * length
-        scattering = depth / max(length, 1e-30) * albedo
         added += scattering * phase * irradiance_along(scene, box, length)
         added += (
             0.0
@@ -245,17 +237,34 @@ def _of_surface(radiance: float, mesh: Mesh, item: Instance, box: Array, length:
 def _of_lamp(light: Light, box: Array, length: float, scene: Scene) -> float:
     """The same of one lamp."""
     tint = largest_light(light.color)
+    if tint == 0 or (light.irradiance if isinstance(light, SunLight) else light.power_w) == 0:
+        return 0.0  # whatever its pattern
     if isinstance(light, SunLight):
         return tint * abs(light.irradiance) * length
     center = light.world_from_light[:3, 3]
-    intensity = tint * intensity_of_point(abs(light.power_w)) * (4.0 if isinstance(light, AreaLight) else 1.0)
+    intensity = tint * intensity_of_point(abs(light.power_w)) * _gain(light)
+    # irradiance of a falloff of power p is intensity · dᵖ / d²
+    intensity *= max(1.0, float(np.linalg.norm(box - center, axis=1).max())) ** light.falloff.power
     distance = _distance_to_box(center, box)
     if distance > 0:
         return intensity / distance**2 * length
     away = float(np.linalg.norm(center - scene.camera.world_from_camera[:3, 3]))
     size = max(light.size) / 2 if isinstance(light, AreaLight) else light.radius
-    pixel = away / pixels_per_unit(scene) if _shrinks(scene) else 1 / pixels_per_unit(scene)
+    pixel = (
+        away / pixels_per_unit(scene.camera, scene.film)
+        if _shrinks(scene)
+        else 1 / pixels_per_unit(scene.camera, scene.film)
+    )
     return np.pi * intensity / max(size, pixel / 2, 1e-12)
+
+
+def _gain(light: PointLight | SpotLight | AreaLight) -> float:
+    """Largest intensity of a lamp over that of a point of its power; infinite for a pattern, which may have any."""
+    if light.pattern is not None:
+        return float("inf")
+    if isinstance(light, AreaLight):
+        return 4.0 * spread_of(light)[1]
+    return 1.0 if light.photometry is None else float(np.max(np.abs(light.photometry.strength), initial=0.0))
 
 
 def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, str]]:
@@ -268,7 +277,7 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, 
         elif isinstance(light, AreaLight):
             scale = abs(float(np.linalg.det(light.world_from_light[:3, :3]))) ** (2 / 3)
             area = max(light.size[0] * light.size[1] * scale, 1e-12)
-            yield tint * radiance_of_panel(abs(light.power_w), area), light.name
+            yield tint * radiance_of_panel(abs(light.power_w), area) * spread_of(light)[1], light.name
         elif light.radius > 0:
             yield tint * radiance_of_ball(abs(light.power_w), light.radius), light.name
     if not scene.world.is_black:
@@ -279,9 +288,9 @@ def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, 
 
 
 def _emitted(material: Material) -> float:
-    """Largest radiance that a material emits; a varying strength counts as 1."""
+    """Largest radiance that a material emits."""
     found = 0.0
     for color, amount in emissions_of(material.surface):
-        strength = abs(float(amount)) if isinstance(amount, (int, float)) else 1.0
+        strength = abs(float(amount)) if isinstance(amount, (int, float)) else largest_size(amount)
         found = max(found, strength * max(largest_light(part) for part in paint_parts(color)))
     return found

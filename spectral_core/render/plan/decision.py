@@ -13,6 +13,8 @@ from spectral_core.scene import Note
 How = Literal["exact", "bounded", "measured", "not known"]
 """Origin of an error: no change at all; a bound from the scene's data; a pilot; unknown."""
 LEFT_OUT = ("off", "none")
+MOST_BOUNCES, USUAL_BOUNCES = 1024, 64
+"""Largest number of bounces; and that of a pilot, and of a plan for scenes without a limit whose loss is not known."""
 MOST_ERROR = 100.0
 """Largest ΔE2000 that a bound states."""
 LATER_BOUNCES = 3.0

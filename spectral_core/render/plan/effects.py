@@ -17,7 +17,7 @@ import numpy as np
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
 from spectral_core.render.plan import bounds
-from spectral_core.render.plan.decision import Decision, EffectPlan
+from spectral_core.render.plan.decision import MOST_BOUNCES, Decision, EffectPlan
 from spectral_core.render.plan.effects_from_data import Found, effects_of
 from spectral_core.render.plan.effects_from_pilot import measured_effects, unmeasured_kinds
 from spectral_core.render.plan.inventory import take_inventory
@@ -28,7 +28,6 @@ from spectral_core.scene import Camera, Film, Scene, require_scene
 
 __all__ = ["MOST_BOUNCES", "Decision", "EffectPlan", "everything_on", "pilot_pays", "plan_effects", "plan_from_data"]
 
-MOST_BOUNCES = 1024
 PAYING_PATHS = 3_000_000
 """Least number of paths of a render for which a pilot is traced: a few seconds of time."""
 PAYING_SECONDS, USUAL_SAMPLES = 10.0, 64

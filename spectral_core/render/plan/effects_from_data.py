@@ -9,15 +9,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lens.aperture import width_of_lens
 from spectral_core.render.plan import bounds
-from spectral_core.render.plan.decision import MOST_ERROR, How
+from spectral_core.render.plan.decision import MOST_BOUNCES, MOST_ERROR, USUAL_BOUNCES, How
 from spectral_core.render.plan.fluorescence import error_without_dyes
-from spectral_core.render.plan.inventory import MOST_DIFFUSE_BOUNCES, Inventory, largest_light, shown_materials
+from spectral_core.render.plan.inventory import Inventory, is_sharp, largest_light, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
 from spectral_core.render.plan.volume_bound import error_of_volumes
-from spectral_core.scene import Material, PointLight, Scene, SpotLight
+from spectral_core.scene import Material, PointLight, RayPortal, Scene, SpotLight, leaves
 from spectral_core.scene.geometry import placed_boxes
 
 SPECTRAL_SHARE = 0.3
@@ -30,8 +31,12 @@ TRANSPARENCY_SHARE = 0.12
 SMALL_SHARE = 0.02
 """Share of the time of an effect that costs very little."""
 ON_OFF = ("on", "off")
-
-
+DIFFUSE_BOUNCES = (MOST_BOUNCES, 768, 512, 384, 256, 192, 128, 96, 80, 64, 56, 48, 40, *range(32, 1, -1))
+"""Candidate numbers of bounces of diffuse scenes."""
+SLOW_BOUNCES = 32
+"""Bounces after which few paths are left: ending those saves no time that counts."""
+NO_ERROR = 1e-3
+"""ΔE2000 that is the error of no picture; all light that is omitted at the first candidate below it counts as none."""
 THIN = 0.05
 """ΔE2000 of media through which light goes nearly straight."""
 
@@ -226,8 +231,10 @@ def _depth_of_field(found: Found) -> Effect:
     scene = found.scene
     if scene.camera.aperture_radius <= 0:
         return absent("depth_of_field", "the camera's aperture is closed", SMALL_SHARE)
-    blur = bounds.blur_of_lens(scene, found.points)
-    width = 2 * scene.camera.aperture_radius
+    further = any(is_sharp(leaf) or isinstance(leaf, RayPortal) for each in found.materials
+                  for leaf in leaves(each.surface))  # fmt: skip
+    blur = bounds.blur_of_lens(scene, found.points, further=further)
+    width = width_of_lens(scene.camera)
     reason = f"the lens is open {width:.3g} units wide; nothing blurs by more than {blur:.2g} pixels"
     levels = (Level("on"), Level("off", bounds.error_of_blur(blur), SMALL_SHARE))
     return Effect("depth_of_field", levels, reason, "everything is in focus", "bounded", ON_OFF)
@@ -254,26 +261,25 @@ def _bounces(found: Found) -> Effect:
     inventory = found.inventory
     if not inventory.surfaces:
         return Effect("bounces", (Level("0"),), "there is no surface to bounce from")
+    # what is not known stays, as far as the scene's own limit
+    full = (Level(str(min(max(found.scene.settings.scene_bounces or 0, USUAL_BOUNCES), MOST_BOUNCES))),)
     if found.scatters:
-        return Effect("bounces", (Level("64"),), "light scatters many times inside a medium", "dark media", "not known")
+        return Effect("bounces", full, "light scatters many times inside a medium", "dark media", "not known")
     if inventory.strands:
         reason = f"light passes many strands of {names(inventory.strands)}"
-        return Effect("bounces", (Level("64"),), reason, "dark hair", "not known")
+        return Effect("bounces", full, reason, "dark hair", "not known")
     if inventory.refractive:
         reason = f"light enters and leaves {names(inventory.refractive)}, some of it after inner reflections"
-        return Effect("bounces", (Level("24"),), reason, "black spots in glass", "not known")
+        return Effect("bounces", full, reason, "black spots in glass", "not known")
     if inventory.glossy:
         reason = f"other surfaces are reflected in {names(inventory.glossy)}"
-        return Effect("bounces", (Level("12"),), reason, "dark reflections of reflections", "not known")
-    counts = range(MOST_DIFFUSE_BOUNCES, 1, -1)
-    last = inventory.diffuse_error(2)
-    most = inventory.diffuse_error(MOST_DIFFUSE_BOUNCES)
-    levels = tuple(
-        Level(str(count), inventory.diffuse_error(count) - most, 0.5 * (1 - count / MOST_DIFFUSE_BOUNCES))
-        for count in counts
-    )
+        return Effect("bounces", full, reason, "dark reflections of reflections", "not known")
+    errors = {count: inventory.diffuse_error(count) for count in DIFFUSE_BOUNCES}
+    most = min(count for count in errors if count == MOST_BOUNCES or errors[count] < NO_ERROR)
+    saves = {count: 0.5 * max(0.0, 1 - count / SLOW_BOUNCES) for count in errors}
+    levels = tuple(Level(str(count), errors[count], saves[count]) for count in DIFFUSE_BOUNCES if count <= most)
     reason = f"surfaces are diffuse and reflect at most {100 * inventory.largest_reflectance:.0f} %"
-    return Effect("bounces", levels if last > 0 else levels[-1:], reason, "dark corners", "bounded")
+    return Effect("bounces", levels, reason, "dark corners", "bounded")
 
 
 _RULES: tuple[Callable[[Found], Effect], ...] = (

@@ -14,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
+from spectral_core.render.plan.decision import MOST_BOUNCES
 from spectral_core.render.plan.effects_from_data import THIN, Found, names
+from spectral_core.render.plan.inventory import is_sharp
 from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
 from spectral_core.render.plan.spectral_bound import rgb_transport_error
-from spectral_core.scene import Glass, Glossy, Metal, Principled, leaves
+from spectral_core.scene import leaves
 
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
 """Candidate numbers of bounces."""
@@ -27,8 +29,6 @@ HIDDEN, WORTHWHILE = 0.01, 0.1
 """ΔE2000 of light that nobody misses; and the further share of the time that a limit on bounces must save to omit more.
 Few paths are left after some bounces: omitting them saves a hundredth of the time and darkens corners.
 """
-SHARP_ROUGHNESS = 0.25
-"""Roughness below which a lobe is so narrow that paths may miss a lamp in it."""
 _KINDS = {
     "diffuse_bounces": ("diffuse", "diffuse surfaces illuminate each other", "dark corners"),
     "glossy_bounces": ("glossy", "surfaces mirror each other", "dark reflections"),
@@ -43,7 +43,7 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
     for name in ("environment", "emissive_meshes", "transparency"):
         effect = effects[name]
         if len(effect.levels) > 1 and effect.how != "exact":
-            error = error_of_loss(pilot, pilot.flagged(name))
+            error = error_of_loss(pilot, pilot.flagged(name), _unseen(found, pilot, name))
             if effect.how == "bounded":
                 error = min(error, effect.levels[-1].error)
             known[name] = _with_last(effect, error, effect.share)
@@ -56,7 +56,9 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
     if bounces.how != "exact":
         for name, (kind, reason, loses) in _KINDS.items():
             known[name] = _chain(name, kind, reason, loses, pilot, unseen)
-        bounces = _chain("bounces", "bounces", "", bounces.loses, pilot, unseen)
+        limit = found.scene.settings.scene_bounces
+        further = MOST_BOUNCES if limit is None else min(limit, MOST_BOUNCES)
+        bounces = _chain("bounces", "bounces", "", bounces.loses, pilot, unseen, further)
     known["bounces"] = bounces
     known["transport"] = _direct_alone(found, known["transport"], bounces)
     return known
@@ -90,14 +92,20 @@ def _with_last(effect: Effect, error: float, share: float) -> Effect:
     return replace(effect, levels=(first, replace(last, error=error, saves=share)), how="measured")
 
 
-def _chain(name: str, count: str, reason: str, loses: str, pilot: Pilot, unseen: float) -> Effect:
+def _chain(
+    name: str, count: str, reason: str, loses: str, pilot: Pilot, unseen: float, further: int = PILOT_BOUNCES
+) -> Effect:
     """Numbers of bounces, each with the light beyond it in the pilot, except those that omit visible light and save
-    little. Light that the pilot may have missed adds to the error only, not to this exception.
+    little. Light that the pilot may have missed adds to the error only, not to this exception. ``further``: the
+    scene's own limit; where it is above the pilot's, the light between them counts, too.
     """
-    levels, hidden = [Level(str(COUNTED[0]))], 0.0
+    counts = (further, *COUNTED) if further > PILOT_BOUNCES else COUNTED
+    after = pilot.after_last_bounce(count) if further > PILOT_BOUNCES else None
+    levels, hidden = [Level(str(counts[0]))], 0.0
     error, seen, saves = 0.0, 0.0, 0.0
-    for most in COUNTED[1:]:
-        lost = pilot.beyond(count, min(most, LEVELS - 1))
+    for most in counts[1:]:
+        lost = pilot.beyond(count, LEVELS if most == PILOT_BOUNCES else most)
+        lost = lost if after is None else lost + after
         error, saves = max(error_of_loss(pilot, lost, unseen), error), max(_share(pilot, lost), saves)
         seen = max(error_of_loss(pilot, lost), seen)
         hidden = saves if seen <= HIDDEN else hidden
@@ -111,22 +119,14 @@ def _share(pilot: Pilot, lost: NDArray[np.float64]) -> float:
     return float(lost[..., 3].sum() / max(pilot.surfaces_met, 1.0))
 
 
-def _unseen(found: Found, pilot: Pilot) -> float:
-    """Upper limit of the radiance in paths over sharp mirrors and glass."""
+def _unseen(found: Found, pilot: Pilot, name: str = "") -> float:
+    """Upper limit of the radiance in paths over sharp mirrors and glass; ``name``: of one kind of source alone, none
+    for an effect that is no kind of source.
+    """
     sharp = any(is_sharp(leaf) for material in found.materials for leaf in leaves(material.surface))
     if not sharp:
         return 0.0
-    brightest, _ = max(bounds.radiances(found.scene, found.materials), default=(0.0, ""))
+    kinds = {"environment": {"World"}, "emissive_meshes": set(found.inventory.emissive)}
+    sources = bounds.radiances(found.scene, found.materials)
+    brightest = max((radiance for radiance, of in sources if not name or of in kinds.get(name, ())), default=0.0)
     return unseen_radiance(pilot, brightest * found.scene.film.exposure)
-
-
-def is_sharp(leaf: object) -> bool:
-    if isinstance(leaf, Glass):
-        return True
-    if isinstance(leaf, (Glossy, Metal, Principled)):
-        # a texture of the roughness may be low anywhere
-        rough = leaf.roughness if isinstance(leaf.roughness, (int, float)) else 0.0
-        coated = isinstance(leaf, Principled) and leaf.coat_weight != 0
-        clear = isinstance(leaf, Principled) and leaf.transmission != 0
-        return rough < SHARP_ROUGHNESS or coated or clear
-    return False

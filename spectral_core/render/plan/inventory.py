@@ -35,18 +35,26 @@ from spectral_core.scene import (
     Rays,
     ScatteringMedium,
     Scene,
+    Sheen,
     SpectralImage,
+    Subsurface,
     SunLight,
+    Toon,
     Translucent,
     Transparent,
+    largest_sum,
     leaves,
     values_of,
 )
+from spectral_core.scene.paint import some_colors
+from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
-MOST_DIFFUSE_BOUNCES = 32
-
 _IMAGES = (Computed, ImageTexture, SpectralImage)
+SHARP_ROUGHNESS = 0.25
+"""Roughness below which a lobe is so narrow that paths may miss a lamp in it."""
+_DIFFUSE = (Diffuse, Sheen, Subsurface, Toon, Translucent)
+"""Closures that reflect or transmit light in many directions; those of mirrors and glass have bounces of their own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +129,9 @@ def take_inventory(scene: Scene) -> Inventory:
         light_bodies=bodies,
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
         surfaces=len(scene.instances),
-        largest_reflectance=max([0.8 if not materials else 0.0, *(_largest_reflectance(m) for m in materials)]),
+        largest_reflectance=max(
+            [0.8 if not materials else 0.0, *(largest_sum(m.surface, _largest_reflectance) for m in materials)]
+        ),
     )
 
 
@@ -228,15 +238,27 @@ def is_transparent(material: Material) -> bool:
     )
 
 
-def _largest_reflectance(material: Material) -> float:
-    colors = [c.color for c in leaves(material.surface) if isinstance(c, (Diffuse, Translucent))]
-    sizes = [_share(part) for color in colors for part in paint_parts(color)]
-    sizes += [1.0 for c in leaves(material.surface) if isinstance(c, Fluorescent)]
-    return max(sizes, default=0.0)
+def _largest_reflectance(closure: Closure) -> float:
+    """Largest share of light that a closure scatters in many directions."""
+    if isinstance(closure, Fluorescent):
+        return 1.0
+    return max(map(_share, paint_parts(closure.color))) if isinstance(closure, _DIFFUSE) else 0.0
+
+
+def is_sharp(leaf: object) -> bool:
+    if isinstance(leaf, Glass):
+        return True
+    if isinstance(leaf, (Glossy, Metal, Principled)):
+        # a texture of the roughness may be low anywhere
+        rough = leaf.roughness if isinstance(leaf.roughness, (int, float)) else 0.0
+        coated = isinstance(leaf, Principled) and leaf.coat_weight != 0
+        clear = isinstance(leaf, Principled) and leaf.transmission != 0
+        return rough < SHARP_ROUGHNESS or coated or clear
+    return False
 
 
 def largest_size(paint: Any) -> float:
-    """Largest magnitude of a paint in any channel or at any wavelength; 1 for an image or a program."""
+    """Largest magnitude of a paint in any channel or at any wavelength; at least 1 for a program."""
     if isinstance(paint, MixedPaint):
         return max(map(largest_size, paint_parts(paint)))
     if isinstance(paint, Color):
@@ -246,6 +268,8 @@ def largest_size(paint: Any) -> float:
     if isinstance(paint, ImageTexture) and paint.pixels.dtype != np.uint8:
         least = 1.0 if isinstance(paint, DrawnPattern) else 0.0  # its details may be brighter than its pixels
         return float(np.max(np.abs(paint.pixels[..., :3]), initial=least))
+    if isinstance(paint, Computed):
+        return max(1.0, float(np.abs(paint.typical).max()))
     return 1.0 if isinstance(paint, _IMAGES) else 0.0
 
 
@@ -269,4 +293,7 @@ def _largest_channel(light: Spectrum) -> float:
 
 
 def _share(paint: Any) -> float:
-    return 0.9 if isinstance(paint, _IMAGES) else min(largest_size(paint), 1.0)
+    if isinstance(paint, ImageTexture):  # an even white one reflects more than most
+        return min(max(0.9, float(some_colors(paint.pixels, paint.color_space).max(axis=1).mean())), 1.0)
+    varies = isinstance(paint, (Computed, SpectralImage))
+    return min(max(0.9, float(np.max(getattr(paint, "typical", 0.9)))) if varies else largest_size(paint), 1.0)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene.rules import Tables
-from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.plan.decision import USUAL_BOUNCES, EffectPlan
 from spectral_core.render.plugins.paints.ray_marks import is_diffuse
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.render.trace.scene_path import scene_path_class
@@ -35,7 +35,9 @@ CHANNELS = 4
 """Red, green, blue, and the number of surfaces that were hit."""
 PIXELS, BATCHES, SAMPLES = 576, 8, 192
 """Size of the pilot: pixels, independent parts, samples per pixel."""
-PILOT_BOUNCES = 64
+PILOT_BOUNCES = USUAL_BOUNCES
+HALFWAY, MOST_KEPT = 16, 0.98**16
+"""A quarter of the pilot's bounces, and the largest share of light that as many bounces are taken to keep."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +76,18 @@ class Pilot:
         """(height, width, batches, 4): light of paths with more than ``most`` bounces of a type."""
         first = COUNTS.index(count) * LEVELS
         return np.asarray(self.bins[..., first + min(most + 1, LEVELS) : first + LEVELS, :].sum(axis=-2))
+
+    def after_last_bounce(self, count: str) -> NDArray[np.float64]:
+        """(height, width, batches, 4): light beyond the pilot's last bounce, if each bounce keeps the share of light
+        that those after the sixteenth keep.
+        """
+        later = self.beyond(count, 2 * HALFWAY)  # bounces 33 to 64: two times sixteen
+        before, after = (float(part[..., :3].sum()) for part in (self.beyond(count, HALFWAY) - later, later))
+        if before <= 0 or after <= 0:
+            return np.zeros_like(later)
+        # of light S in bounces 17 to 32, the next sixteen have S q, those after them S q², and all later ones the rest
+        kept = min((np.sqrt(1 + 4 * after / before) - 1) / 2, MOST_KEPT)
+        return later * (kept**2 / (1 - kept**2))
 
     @property
     def clamped_share(self) -> float:

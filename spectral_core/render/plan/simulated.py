@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from spectral_core.render.plan.borders import with_borders_apart
-from spectral_core.render.plan.decision import EffectPlan
+from spectral_core.render.plan.decision import USUAL_BOUNCES, EffectPlan
 from spectral_core.render.plan.inventory import media_borders
 from spectral_core.scene import (
     Diffuse,
@@ -69,7 +69,10 @@ def _light_paths(paths: LightPaths, plan: EffectPlan) -> LightPaths:
         return paths
     changes: dict[str, Any] = {}
     for kind in ("diffuse", "glossy", "transmission"):
-        most = int(plan[f"{kind}_bounces"].value)
+        decision = plan[f"{kind}_bounces"]
+        most = int(decision.value)
+        if most >= USUAL_BOUNCES and decision.source != "artist":
+            continue  # no limit: those on all bounces may be further
         if most < min(plan.bounces, getattr(paths, kind)):
             changes[kind] = most
     for name in ("reflective_caustics", "refractive_caustics"):

@@ -32,12 +32,12 @@ from spectral_core.scene import (
     emissions_of,
     values_of,
 )
+from spectral_core.scene.paint import some_colors, some_texels
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import (
     RGB_FROM_XYZ,
     delta_e_2000,
     lab_from_linear_rgb,
-    linear_from_display_rgb,
     luminance_from_linear_rgb,
 )
 from spectral_core.spectra.observer import STANDARD, integration_points, observer
@@ -49,6 +49,7 @@ Array = NDArray[np.float64]
 SECOND_BOUNCE = 0.5
 """Light from a second surface, relative to that of a lamp: as in an ordinary room."""
 MOST_SURFACES, MOST_LIGHTS, TEXELS = 48, 24, 24
+HUES = 12
 _PRIMARIES = np.array([[0.8, 0.05, 0.05], [0.05, 0.8, 0.05], [0.05, 0.05, 0.8], [0.8, 0.8, 0.05]])
 
 
@@ -71,11 +72,16 @@ def rgb_transport_error(scene: Scene, *, in_turn: bool = True) -> float:
     surfaces += film_surfaces(materials)
     if len(surfaces) > MOST_SURFACES or len(lights) > MOST_LIGHTS:
         # at most as many as the comparison can hold: the most saturated surfaces, which differ most
-        surfaces.sort(key=lambda item: (not item[2], -float(np.ptp(item[0]) / max(float(item[0].max()), 1e-6))))
+        surfaces.sort(key=lambda item: (not item[2], -_saturation(item[0])))
+        lights.sort(key=lambda light: (isinstance(light, Color), -_saturation(emitted_rgb(light))))
         surfaces, lights = surfaces[:MOST_SURFACES], lights[:MOST_LIGHTS]
     dyes = error_in_rgb(scene, materials, lights)
     again, factor = (SECOND_BOUNCE, LATER_BOUNCES) if in_turn else (0.0, 1.0)
     return max(dyes, factor * max((_error_under(light, white, surfaces, again) for light in lights), default=0.0))
+
+
+def _saturation(rgb: Array) -> float:
+    return float(np.ptp(rgb) / max(float(rgb.max()), 1e-6))
 
 
 def _error_under(
@@ -120,15 +126,28 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     found: dict[Any, Color | Spectrum] = {}
     for paint in paints:
         for part in paint_parts(paint):
-            usable = part if isinstance(part, (Color, Spectrum)) else Color(np.ones(3))
-            # the brightness of a light does not change color differences
-            key = (
-                (usable.grid.wavelengths_nm.tobytes(), usable.values.tobytes())
-                if isinstance(usable, Spectrum)
-                else tuple(np.round(usable.linear_rgb / max(float(np.max(usable.linear_rgb)), 1e-30), 4))
-            )
-            found.setdefault(key, usable)
+            for usable in _lights(part):
+                # the brightness of a light does not change color differences
+                key = (
+                    (usable.grid.wavelengths_nm.tobytes(), usable.values.tobytes())
+                    if isinstance(usable, Spectrum)
+                    else tuple(np.round(usable.linear_rgb / max(float(np.max(usable.linear_rgb)), 1e-30), 4))
+                )
+                found.setdefault(key, usable)
     return list(found.values()) or [Color(np.ones(3))]
+
+
+def _lights(paint: Any) -> Iterator[Color | Spectrum]:
+    """Colors that an emission may have."""
+    if isinstance(paint, (Color, Spectrum)):
+        yield paint
+        return
+    yield Color(np.ones(3))
+    if isinstance(paint, ImageTexture):
+        rows = np.maximum(some_colors(paint.pixels, paint.color_space), 0.0)
+        yield from (Color(rows[each]) for each in _most_colorful(rows) if rows[each].any())
+    elif isinstance(paint, Computed) and paint.program.width == 3:
+        yield from map(Color, _PRIMARIES)
 
 
 def _media(scene: Scene, materials: list[Material]) -> list[ScatteringMedium]:
@@ -157,19 +176,28 @@ def _surfaces(paints: list[Any]) -> Iterator[tuple[Array, Any, bool]]:
             if float(paint.values.max()) <= 1.0 + 1e-6:  # an index of refraction is not a reflectance
                 yield daylight_rgb(paint), paint.at, True
         elif isinstance(paint, ImageTexture):
-            pixels = paint.pixels[..., :3].reshape(-1, min(3, paint.pixels.shape[2]))
-            rows = pixels[:: max(1, len(pixels) // TEXELS)].astype(np.float64)
-            rows = rows / 255 if paint.pixels.dtype == np.uint8 else rows
-            rows = linear_from_display_rgb(rows) if paint.color_space == "srgb" else rows
-            yield from _colors(np.repeat(rows, 3, axis=1) if rows.shape[1] == 1 else rows)
+            rows = some_colors(paint.pixels, paint.color_space)
+            yield from _colors(np.concatenate([rows[:: max(1, len(rows) // TEXELS)], rows[_most_colorful(rows)]]))
         elif isinstance(paint, SpectralImage):
-            weights = paint.weights.reshape(len(paint.weights), -1)
-            chosen = weights[:, :: max(1, weights.shape[1] // TEXELS)]
-            for values in chosen.T @ paint.spectra:
+            weights = some_texels(np.moveaxis(paint.weights, 0, 2)).astype(np.float64)
+            rows = weights @ np.stack([daylight_rgb(Spectrum("part", paint.grid, each)) for each in paint.spectra])
+            chosen = np.concatenate([weights[:: max(1, len(weights) // TEXELS)], weights[_most_colorful(rows)]])
+            for values in chosen @ paint.spectra:
                 spectrum = Spectrum("texel", SpectralGrid(paint.grid.wavelengths_nm), values)
                 yield daylight_rgb(spectrum), spectrum.at, True
         elif isinstance(paint, Computed):
             yield from _colors(_PRIMARIES if paint.program.width == 3 else np.full((1, 3), 0.5))
+
+
+def _most_colorful(rows: Array) -> list[int]:
+    """Numbers of the colors (n, 3) that reach farthest from gray, one for each of ``HUES``: a small letter of an image
+    may be its only color.
+    """
+    held = np.maximum(rows, 0.0)
+    own = held.max(axis=1, keepdims=True)
+    relative = held / np.maximum(own + own.mean(), 1e-30)  # dark noise counts little, very bright pixels are compared
+    around = np.linspace(0, 2 * np.pi, HUES, endpoint=False)[:, None] + np.array([0.0, -2 * np.pi / 3, 2 * np.pi / 3])
+    return [int(each) for each in np.argmax(relative @ np.cos(around).T, axis=0)]
 
 
 def _colors(rows: Array) -> Iterator[tuple[Array, Any, bool]]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
@@ -19,11 +20,13 @@ from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, Reflectan
 
 Array = NDArray[np.float64]
 Filmed = Glass | Metal | Principled
+Indices = tuple[float, complex]
 
 ANGLES_DEG = (0.0, 45.0, 75.0)
 USUAL_NM = (100.0, 200.0, 300.0, 450.0, 600.0, 900.0)
 """Thicknesses that are tried where an image gives them."""
-USUAL_IOR = 1.33
+USUAL_IOR = (1.33, 1.8)
+"""Indices of the film that are tried where an image gives them: that of what lies below hides the film."""
 KNOTS_NM: Array = WAVELENGTHS_NM[::5]
 
 
@@ -36,14 +39,15 @@ def filmed(material: Material) -> list[Filmed]:
 def error_without_films(materials: list[Material]) -> float:
     """Largest ΔE2000 of a light that a film reflects, at the brightness where it is white without the film."""
     worst = 0.0
-    for closure in (closure for material in materials for closure in filmed(material)):
+    for indices, thickness in (
+        layer for material in materials for closure in filmed(material) for layer in layers_of(closure)
+    ):
         for cosine in np.cos(np.radians(ANGLES_DEG)):
-            bare = _color(reflectance(closure, float(cosine), 0.0))
+            bare = _color(reflectance(indices, float(cosine), 0.0))
             scale = max(float(luminance_from_linear_rgb(bare)), 1e-6)
-            for thickness in _thicknesses(closure):
-                shown = _color(reflectance(closure, float(cosine), thickness))
-                pair = (lab_from_linear_rgb(np.maximum(rgb / scale, 0.0)) for rgb in (bare, shown))
-                worst = max(worst, float(delta_e_2000(*pair)))
+            shown = _color(reflectance(indices, float(cosine), thickness))
+            pair = (lab_from_linear_rgb(np.maximum(rgb / scale, 0.0)) for rgb in (bare, shown))
+            worst = max(worst, float(delta_e_2000(*pair)))
     return min(LATER_BOUNCES * worst, MOST_ERROR)
 
 
@@ -52,18 +56,21 @@ def film_surfaces(materials: list[Material]) -> list[tuple[Array, Any, bool]]:
     found: list[tuple[Array, Any, bool]] = []
     viewer = observer(STANDARD)
     sums = RGB_FROM_XYZ @ np.stack([np.interp(KNOTS_NM, viewer.wavelengths_nm, row) for row in viewer.cmfs])
-    for closure in (closure for material in materials for closure in filmed(material)):
-        for thickness in _thicknesses(closure):
-            values = reflectance(closure, 1.0, thickness)
-            rgb = np.clip(sums @ values / sums.sum(axis=1), 0.0, 1.0)
-            found.append((rgb, lambda points, values=values: np.interp(points, KNOTS_NM, values), False))
+    for indices, thickness in (
+        layer for material in materials for closure in filmed(material) for layer in layers_of(closure)
+    ):
+        values = reflectance(indices, 1.0, thickness)
+        rgb = np.clip(sums @ values / sums.sum(axis=1), 0.0, 1.0)
+        found.append((rgb, lambda points, values=values: np.interp(points, KNOTS_NM, values), False))
     return found
 
 
-def reflectance(closure: Filmed, cosine: float, thickness_nm: float) -> Array:
-    """Share of light (n,) that a facet reflects at ``KNOTS_NM``: Airy's formula in complex numbers, without color."""
-    base = _base(closure)
-    film = closure.thin_film_ior if isinstance(closure.thin_film_ior, (int, float)) else USUAL_IOR
+def reflectance(indices: Indices, cosine: float, thickness_nm: float) -> Array:
+    """Share of light (n,) that a facet reflects at ``KNOTS_NM``: Airy's formula in complex numbers, without color.
+
+    ``indices``: of refraction of the film, and of what lies below it.
+    """
+    film, base = indices
     along = [np.sqrt(complex(n) ** 2 - (1 - cosine**2)) for n in (1.0, film, base)]
     phase = np.exp(4j * np.pi * thickness_nm * along[1] / KNOTS_NM)
     total = np.zeros(KNOTS_NM.size)
@@ -74,13 +81,24 @@ def reflectance(closure: Filmed, cosine: float, thickness_nm: float) -> Array:
     return np.asarray(np.clip(total, 0.0, 1.0))
 
 
-def _base(closure: Filmed) -> complex:
-    """Index of refraction of what lies below the film, of metals at their mean color."""
+def layers_of(closure: Filmed) -> Iterator[tuple[Indices, float]]:
+    """Indices of refraction and thicknesses (nm) that a closure's film may have."""
+    film = closure.thin_film_ior
+    films = (float(film),) if isinstance(film, (int, float)) else USUAL_IOR
+    yield from (((each, base), thickness) for base in _bases(closure) for each in films
+                for thickness in _thicknesses(closure))  # fmt: skip
+
+
+def _bases(closure: Filmed) -> Iterator[complex]:
+    """Indices of refraction of what lies below the film, of metals at their mean color; both of a part metal."""
     if isinstance(closure, Metal):
-        return _index(_mean(closure.color, 0.6), _mean(closure.edge_tint, 0.7) * closure.edge_scale)
-    if isinstance(closure, Principled) and isinstance(closure.metallic, (int, float)) and closure.metallic >= 0.5:
-        return _index(_mean(closure.base_color, 0.8), 1.0)
-    return complex(nominal_ior(closure.ior))
+        yield _index(_mean(closure.color, 0.6), _mean(closure.edge_tint, 0.7) * closure.edge_scale)
+        return
+    metallic = closure.metallic if isinstance(closure, Principled) else 0.0
+    if isinstance(closure, Principled) and metallic != 0.0:
+        yield _index(_mean(closure.base_color, 0.8), 1.0)
+    if not isinstance(metallic, (int, float)) or metallic < 1.0:
+        yield complex(nominal_ior(closure.ior))
 
 
 def _index(facing: float, edge: float) -> complex:

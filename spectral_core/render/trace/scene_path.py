@@ -170,7 +170,7 @@ def scene_path_class(variant: str) -> Any:
                 onward, bounces = onward | turns, scatters | turns
             path.leaves &= unseen
             if self.tables.subsurface:
-                start = (si, shape, bs, weight, dives, path.diffuse > 0, bsdf, pick)
+                start = (si, shape, bs, weight, path.throughput, dives, path.diffuse > 0, bsdf, pick)
                 below, factor, surfaces, sampler = dive(mi, dr, scene, self.tables, start, sampler)
                 dives &= surfaces
                 path.ray = dr.select(dives, below, path.ray)

@@ -13,7 +13,7 @@ from typing import Any
 from spectral_core.render.plugins.closures.subsurface import NO_RADIUS
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.below.medium import SCALE
-from spectral_core.render.trace.below.walk import START, here_or_below, of_channel, outward_normals
+from spectral_core.render.trace.below.walk import START, here_or_below, of_channel, outward_normals, shares_of
 
 REACH = 16.0
 """Radius of the disk over that of the profile (Cycles)."""
@@ -40,7 +40,7 @@ def drawn_distance(dr: Any, sample: Any) -> Any:
 
 def across(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) -> tuple[Any, Any, Any, Any]:
     """Move light from ``start`` to an exit; arguments and results as of ``walk``."""
-    si, own, _, radius, color, above, active = start
+    si, own, _, radius, color, above, carried, active = start
     outward, _ = outward_normals(mi, dr, si)
     widths = mi.Spectrum(radius * SCALE)
     moves = radius > NO_RADIUS
@@ -48,8 +48,7 @@ def across(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) 
     here &= active
     probes = active & ~here
 
-    share = dr.select(moves, mi.Spectrum(1.0), 0.0)
-    share /= dr.maximum(dr.sum(share), 1.0)
+    share = shares_of(dr, mi.Spectrum(dr.select(moves, factor * carried, 0.0)))
     width = dr.maximum(of_channel(dr, widths, share, sampler.next_1d()), 1e-12)
     place = sampler.next_2d()
     distance = drawn_distance(dr, place.x) * width

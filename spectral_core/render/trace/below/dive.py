@@ -12,17 +12,18 @@ from spectral_core.render.trace.below.walk import walk
 
 
 def dive(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) -> tuple[Any, Any, Any, Any]:
-    """Find the exit of light that enters at ``start``: hit, its number, drawn sample, seen color, True where light
-    enters, True where the path was diffuse before, the BSDF, and the number in [0, 1) that it drew a closure with.
+    """Find the exit of light that enters at ``start``: hit, its number, drawn sample, seen color, throughput of the
+    path so far, True where light enters, True where the path was diffuse before, the BSDF, and the number in [0, 1)
+    that it drew a closure with.
 
     Returns the ray that hits the surface from inside at the exit, the factor on the throughput, True if the light
     leaves at all, and the sampler.
     """
-    si, own, bs, color, active, was_diffuse, bsdf, pick = start
+    si, own, bs, color, carried, active, was_diffuse, bsdf, pick = start
     entry = entry_of(mi, dr, bs)
     # after a diffuse bounce a disk would not be seen: Cycles shows the surface as diffuse
     radius = dr.select(entry.is_disk & was_diffuse, 0.0, per_wavelength(mi, dr, bs.wo, si.wavelengths))
-    known = (tables.at_bounce(si), own, entry, radius, color, mi.Spectrum(bs.pdf))
+    known = (tables.at_bounce(si), own, entry, radius, color, mi.Spectrum(bs.pdf), carried)
     ray, factor, left, sampler = walk(mi, dr, scene, tables, (*known, active & ~entry.is_disk), sampler)
     if tables.disks:
         other, moved, found, sampler = across(mi, dr, scene, tables, (*known, active & entry.is_disk), sampler)

@@ -58,12 +58,13 @@ def entered(mi: Any, dr: Any, entry: Entry, normal: Any, toward: Any, sample: An
 
 
 def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) -> tuple[Any, Any, Any, Any]:
-    """Follow light from ``start`` (hit, its number, entry, radii per channel, seen color, factor, active).
+    """Follow light from ``start`` (hit, its number, entry, radii per channel, seen color, factor,
+    throughput of the path so far, active).
 
     Returns the ray that hits the surface from inside at the exit, the factor on the throughput, True if the light
     leaves at all, and the sampler.
     """
-    si, own, entry, radius, color, above, active = start
+    si, own, entry, radius, color, above, carried, active = start
     outward, smooth = outward_normals(mi, dr, si)
     direction, enters = entered(mi, dr, entry, smooth, mi.Vector3f(si.dn_du), sampler.next_2d())
     enters &= active & (dr.dot(direction, outward) < 0.0)
@@ -84,8 +85,7 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
     faint = dr.maximum(LEAST_SHARE * dr.max(factor), 1e-6)
     # One channel draws all distances, and all channels are weighted against the mixture (balance heuristic). It is
     # chosen once, by a stratified number: radii that differ make a walk useful for one channel alone.
-    shares = dr.select(factor > 0.0, mi.Spectrum(1.0), 0.0)
-    shares /= dr.maximum(dr.sum(shares), 1.0)
+    shares = shares_of(dr, mi.Spectrum(factor * carried))
     drawn = lambda values: of_channel(dr, values, shares, begin.x)  # noqa: E731
     thin = drawn(extinction), drawn(reduced)
     guide.follow(drawn)
@@ -146,6 +146,14 @@ def here_or_below(dr: Any, values: tuple[Any, Any], below: Any, pick: Any) -> tu
     here = pick < chance
     inverse = dr.rcp(dr.maximum(dr.select(here, chance, 1.0 - chance), 1e-6))
     return here, dr.select(here, dr.select(below, 0.0, values[0]), dr.select(below, values[1], 0.0)) * inverse
+
+
+def shares_of(dr: Any, light: Any) -> Any:
+    """Probability of each channel: its part of the light. A path that has walked before carries mostly one channel; to
+    draw all alike would make one in three walks useful, and one in 3ⁿ paths over n of them.
+    """
+    sizes = dr.abs(light)
+    return sizes / dr.maximum(dr.sum(sizes), 1e-30)
 
 
 def of_channel(dr: Any, values: Any, share: Any, pick: Any) -> Any:
