@@ -84,7 +84,12 @@ def inlined(owner: Any) -> Any:
 
 def converts_in_groups() -> bool:
     """True for Cycles of Blender 4, which converts each value to the types of the sockets of groups and muted nodes."""
-    return not hasattr(bpy.types.Material, "inline_shader_nodes")
+    return not computes_constants()
+
+
+def computes_constants() -> bool:
+    """True from Blender 5.0 on, which itself computes what nodes make of constants alone, before Cycles reads them."""
+    return hasattr(bpy.types.Material, "inline_shader_nodes")
 
 
 def _is_inlined(tree: Any, seen: set[int]) -> bool:
