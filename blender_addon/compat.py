@@ -74,9 +74,9 @@ INLINED = (
 
 
 def inlined(owner: Any) -> Any:
-    """Blender's copy of the nodes of a material, light or world without repeat zones, closures, bundles and menus, and
-    with constants converted at sockets of groups and at muted nodes; None if there are none of these. Its ``node_tree``
-    exists as long as the copy.
+    """Blender's copy of the nodes of a material, light or world without repeat zones, closures, bundles and menus, with
+    constants converted at sockets of groups and at muted nodes, and with the output nodes of groups in the tree itself;
+    None if there are none of these. Its ``node_tree`` exists as long as the copy.
     """
     make = getattr(owner, "inline_shader_nodes", None)
     return make() if make is not None and _is_inlined(node_tree(owner), set()) else None
@@ -84,15 +84,22 @@ def inlined(owner: Any) -> Any:
 
 def converts_in_groups() -> bool:
     """True for Cycles of Blender 4, which converts each value to the types of the sockets of groups and muted nodes."""
-    return not hasattr(bpy.types.Material, "inline_shader_nodes")
+    return not computes_constants()
+
+
+def computes_constants() -> bool:
+    """True from Blender 5.0 on, which itself computes what nodes make of constants alone, before Cycles reads them."""
+    return hasattr(bpy.types.Material, "inline_shader_nodes")
 
 
 def _is_inlined(tree: Any, seen: set[int]) -> bool:
     if tree is None or tree.as_pointer() in seen:
         return False
+    is_group = bool(seen)
     seen.add(tree.as_pointer())
     return any(
         node.bl_idname.startswith(INLINED)
+        or (is_group and node.type in OUTPUTS)
         or (node.type == "GROUP" and _is_inlined(node.node_tree, seen))
         or ((node.mute or node.type in PASSING) and _converts(node))
         for node in tree.nodes
@@ -100,6 +107,7 @@ def _is_inlined(tree: Any, seen: set[int]) -> bool:
 
 
 PASSING = ("GROUP", "GROUP_OUTPUT")
+OUTPUTS = ("OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT")
 
 
 def _converts(node: Any) -> bool:

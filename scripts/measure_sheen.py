@@ -2,9 +2,9 @@
 """Measure the sheen of Blender's Sheen BSDF (Microfiber) with Cycles, for ``spectral_core``'s table.
 
 Sheen is a linearly transformed cosine (Zeltner, Burley and Chiang 2022, "Practical multiple-scattering sheen using
-linearly transformed cosines"): a share of light R, and a cosine lobe with (x, y, z) -> (a x + b z, a y, z). R is what a
-plane shows in a white world. In a world that is white on one side of the plane x = t z alone it shows the share
-(1 + k / sqrt(1 + k^2)) / 2 of it on that side, with k = a t + b: two such worlds give a and b.
+linearly transformed cosines"): a share of light R, and a cosine lobe with (x, y, z) -> (a x + b z, a y, z). A plane
+under a point-like sun in the plane of incidence, at (x, 0, z), shows f = R z a^2 / (pi (z^2 + (a x + b z)^2)^2), so
+that sqrt(z / f) is a quadratic form of x and z: three suns give R, a and b without noise.
 
 ``python scripts/measure_sheen.py OUT.npy`` writes (roughness, cosine, 3): R, a, b at i / 31.
 """
@@ -21,13 +21,15 @@ import numpy as np
 from spectral_core.cli.shared.terminal import completed
 
 SIZE = 32
-SPLITS = (-0.6, 0.6)
-LEAST_COSINE = 0.008
-SAMPLES, ROWS = 1024, 16
+SUNS_DEG = (-40.0, 10.0, 55.0)
+"""Angles from the normal, toward the camera's side."""
+LEAST_COSINE = 1e-4
+"""In place of 0, where a camera does not see the plane."""
+SAMPLES, ROWS, FAR = 4, 4, 2000.0
 
 
-def stage() -> tuple[bpy.types.Object, bpy.types.Node]:
-    """A plane with sheen whose roughness goes from 0 to 1 across it, a camera, a world with a split."""
+def stage() -> tuple[bpy.types.Object, bpy.types.Object]:
+    """A plane with sheen whose roughness goes from 0 to 1 across it, a camera, a sun without size."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
@@ -39,7 +41,7 @@ def stage() -> tuple[bpy.types.Object, bpy.types.Node]:
     scene.view_settings.view_transform = "Raw"
     mesh = bpy.data.meshes.new("Plane")
     half = 0.5 + 0.5 / (SIZE - 1)  # the middles of the outer pixels are roughness 0 and 1
-    mesh.from_pydata([(-9, -half, 0), (9, -half, 0), (9, half, 0), (-9, half, 0)], [], [(0, 1, 2, 3)])
+    mesh.from_pydata([(-FAR, -half, 0), (FAR, -half, 0), (FAR, half, 0), (-FAR, half, 0)], [], [(0, 1, 2, 3)])
     material = bpy.data.materials.new("Sheen")
     material.use_nodes = True
     tree = material.node_tree
@@ -57,23 +59,15 @@ def stage() -> tuple[bpy.types.Object, bpy.types.Node]:
     scene.collection.objects.link(bpy.data.objects.new("Plane", mesh))
     camera = bpy.data.cameras.new("Camera")
     camera.type, camera.ortho_scale = "ORTHO", 2 * half
+    camera.clip_end = 3 * FAR
     seen_from = bpy.data.objects.new("Camera", camera)
     scene.collection.objects.link(seen_from)
     scene.camera = seen_from
-    world = bpy.data.worlds.new("World")
-    scene.world = world
-    world.use_nodes = True
-    world.cycles.sampling_method = "NONE"
-    tree = world.node_tree
-    coordinate, dot = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeVectorMath")
-    dot.operation, dot.name = "DOT_PRODUCT", "split"
-    above = tree.nodes.new("ShaderNodeMath")
-    above.operation = "GREATER_THAN"
-    above.inputs[1].default_value = 0.0
-    tree.links.new(coordinate.outputs["Generated"], dot.inputs[0])
-    tree.links.new(dot.outputs["Value"], above.inputs[0])
-    tree.links.new(above.outputs[0], tree.nodes["Background"].inputs["Color"])
-    return seen_from, dot
+    light = bpy.data.lights.new("Sun", "SUN")
+    light.energy, light.angle = 1.0, 0.0
+    sun = bpy.data.objects.new("Sun", light)
+    scene.collection.objects.link(sun)
+    return seen_from, sun
 
 
 def picture(folder: str) -> np.ndarray:
@@ -89,38 +83,37 @@ def picture(folder: str) -> np.ndarray:
     return pixels.mean(axis=0)
 
 
+def lobe(seen: list[np.ndarray]) -> np.ndarray:
+    """(roughness, 3): R, a, b from what the plane shows under each sun."""
+    x, z = np.sin(np.radians(SUNS_DEG)), np.cos(np.radians(SUNS_DEG))
+    root = np.sqrt(z[:, None] / np.maximum(seen, 1e-30))
+    # A x^2 + B x z + C z^2 with A = a / s, B = 2 b / s, C = (1 + b^2) / (a s) and s^2 = R / pi
+    first, second, third = np.linalg.solve(np.stack([x * x, x * z, z * z], axis=1), root)
+    s = 1.0 / np.sqrt(first * third - 0.25 * second**2)
+    return np.stack([np.pi * s * s, first * s, 0.5 * second * s], axis=-1)
+
+
 def main() -> None:
     """Measure all angles."""
-    camera, split = stage()
+    camera, sun = stage()
     table = np.zeros((SIZE, SIZE, 3))
+    cosines = np.maximum(np.arange(SIZE) / (SIZE - 1), LEAST_COSINE)
     with tempfile.TemporaryDirectory() as folder:
-        for column, cosine in enumerate(np.maximum(np.arange(SIZE) / (SIZE - 1), LEAST_COSINE)):
+        for column, cosine in enumerate(cosines):
             angle = np.arccos(cosine)
-            # toward +x, the picture's right along +y
-            camera.location = 20 * np.array([np.sin(angle), 0, np.cos(angle)])
-            camera.rotation_euler = (0, angle, 0)
-            camera.rotation_mode = "XYZ"
+            toward, right = np.array([np.sin(angle), 0, np.cos(angle)]), np.array([0.0, 1.0, 0.0])
             matrix = np.eye(4)
-            toward = np.array([np.sin(angle), 0, np.cos(angle)])
-            right = np.array([0.0, 1.0, 0.0])
             matrix[:3, :3] = np.stack([right, np.cross(toward, right), toward], axis=1)
-            matrix[:3, 3] = 5 * toward
+            matrix[:3, 3] = FAR * toward
             camera.matrix_world = matrix.T.tolist()
             seen = []
-            for direction in ((0.0, 0.0, 1.0), *((1.0, 0.0, -t) for t in SPLITS)):
-                split.inputs[1].default_value = direction
+            for degrees in SUNS_DEG:
+                sun.rotation_euler = (0.0, np.radians(degrees), 0.0)
                 seen.append(picture(folder))
-            whole = seen[0]
-            k = []
-            for part in seen[1:]:
-                share = np.clip(2 * (part / np.maximum(whole, 1e-9)) - 1, -1 + 1e-6, 1 - 1e-6)
-                # light on the side x > t z is the part of the lobe beyond k
-                k.append(-share / np.sqrt(1 - share**2))
-            a = (k[1] - k[0]) / (SPLITS[1] - SPLITS[0])
-            table[:, column] = np.stack([whole, a, k[0] - a * SPLITS[0]], axis=-1)
-            print(
-                f"cosine {cosine:.3f}: R {whole[[0, 10, 20, 31]].round(4)} a {a[[0, 10, 20, 31]].round(4)}", flush=True
-            )
+            table[:, column] = lobe(seen)
+            print(f"cosine {cosine:.3f}: R {table[[0, 10, 20, 31], column, 0].round(4)}", flush=True)
+    share = cosines[0] * (SIZE - 1)  # of the second column in what was measured for the first
+    table[:, 0] = (table[:, 0] - share * table[:, 1]) / (1.0 - share)
     np.save(sys.argv[1], table.astype(np.float32))
 
 

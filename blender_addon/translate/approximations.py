@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +28,6 @@ from spectral_core.scene import (
     leaves,
 )
 from spectral_core.scene.leaves import INNER, parts_of
-from spectral_core.scene.shading import UV_TANGENT
 
 from .context import Translation
 from .faces.coincident import coincident, doubled, edges
@@ -37,7 +35,6 @@ from .faces.overlapping import overlapping
 from .faces.volumes import volumes_in_one_place
 from .lighting.linked_shadows import note_linked_shadows_beside_mirrors
 from .lighting.rough_glass import note_lamps_beside_rough_glass
-from .meshes.triangles import OF_CYCLES, OF_UV_MAP, OUTPUTS, uv_layer
 
 Array = NDArray[np.float64]
 
@@ -259,39 +256,3 @@ def _is_turned(mesh: Mesh) -> bool:
     normals = mesh.normals[mesh.triangles[kept]].astype(np.float64)
     cosines = np.einsum("tci,ti->tc", normals, faces[kept] / size[kept, None])
     return bool((cosines < 0.0).mean() > FEW) if cosines.size else False
-
-
-def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> None:
-    """Name the UV maps and attributes that materials read but the mesh lacks: they read as 0, as in Blender."""
-    if "uv" in reads and uv_layer(obj.data, "") is None:
-        translation.note(obj.name, "it has no UV map for the images on it; they show their corner pixel")
-    undeformed = getattr(obj.original, "data", None)
-    count = len(getattr(undeformed, "vertices", ())) if obj.original.type == "MESH" else len(obj.data.vertices)
-    in_view = translation.depsgraph.mode == "VIEWPORT"
-    if in_view and "generated" in reads and count != len(obj.data.vertices) and not obj.data.is_editmode:
-        message = "its generated coordinates are those of the mesh after its modifiers; renders have those before them"
-        translation.note(obj.name, message)
-    _note_tangents(translation, obj, reads)
-    for name in sorted(reads):
-        kind, _, attribute = name.partition(":")
-        missing = attribute not in obj.data.attributes and attribute not in obj.vertex_groups
-        if kind in OUTPUTS and attribute in OF_CYCLES and kind != OF_UV_MAP:
-            words = "Cycles keeps the attribute name {!r} for data of its own; its materials read 0: rename it"
-            translation.note(obj.name, words.format(attribute))
-        elif kind in OUTPUTS and attribute and missing:
-            value = 1 if kind == "attribute_alpha" else 0
-            translation.note(obj.name, f"it has no UV map or attribute {attribute!r}; its materials read {value}")
-        elif kind in OUTPUTS and not attribute and not len(obj.data.color_attributes):
-            translation.note(obj.name, "it has no color attribute; its materials read 0")
-
-
-def _note_tangents(translation: Translation, obj: Any, reads: frozenset[str]) -> None:
-    """Name the UV maps whose tangents materials read but the mesh lacks."""
-    for uv_map in sorted({name.partition(":")[2] for name in reads if name.startswith(f"{UV_TANGENT}:")}):
-        if uv_layer(obj.data, uv_map) is not None:
-            continue
-        if uv_map:
-            translation.note(obj.name, f"it has no UV map {uv_map!r} for normal maps and tangents; they have no effect")
-        else:
-            words = "its normal maps and tangents turn around its origin, and differ from Cycles' at the poles there"
-            translation.note(obj.name, f"it has no UV map; {words}")

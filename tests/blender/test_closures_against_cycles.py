@@ -8,6 +8,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from tests.blender import cycles  # noqa: E402
 from tests.blender.test_surfaces_against_cycles import stage  # noqa: E402, F401
 
 SKIN = (0.75, 0.4, 0.2, 1)
@@ -76,6 +77,31 @@ def test_reflectances_that_vary(build, stage, tmp_path, socket):  # noqa: F811
 def test_fibers_on_a_mesh(build, stage, tmp_path, shader):  # noqa: F811
     theirs, ours, notes = stage(build.material(shader=f"ShaderNode{shader}"), tmp_path, samples=192)
     np.testing.assert_allclose(ours, theirs, rtol=0.06)
+    assert notes == []
+
+
+@pytest.mark.parametrize("color", [0.0, 0.5])
+def test_fibers_send_light_through_a_mesh(build, tmp_path, color):
+    """A plane with a lobe that goes around a fiber: a part of the light that it shows comes from behind it."""
+    world = bpy.context.scene.world = bpy.data.worlds.new("World")
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (color, color, color, 1)
+    material = build.material(shader="ShaderNodeBsdfHair", Color=(0.8, 0.8, 0.8, 1))
+    bpy.ops.mesh.primitive_plane_add(size=4.0)
+    bpy.context.object.data.materials.append(material)
+    for turn in (0.6, np.pi - 0.6):
+        light = bpy.data.lights.new("Sun", "SUN")
+        light.energy, light.angle = 1.0, 0.6
+        sun = bpy.data.objects.new("Sun", light)
+        sun.rotation_euler = (turn, 0.0, 0.0)
+        bpy.context.scene.collection.objects.link(sun)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.data.type, camera.data.ortho_scale, camera.location = "ORTHO", 1.0, (0.0, 0.0, 5.0)
+    bpy.context.scene.collection.objects.link(camera)
+    bpy.context.scene.camera = camera
+    cycles.settings(samples=512, size=8)
+    theirs, (ours, notes) = cycles.cycles(tmp_path), cycles.ours(512)
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=0.04)
     assert notes == []
 
 

@@ -104,3 +104,48 @@ def test_menus_of_lamps_and_worlds(build, translate, has_sky):
     else:
         np.testing.assert_allclose(scene.world.color.linear_rgb, (0.25, 0.5, 0.125))
     assert scene.notes == ()
+
+
+def _emitting_output(tree, linear_rgb, target="ALL"):
+    """A Material Output of a tree that shows a color."""
+    emission, output = tree.nodes.new("ShaderNodeEmission"), tree.nodes.new("ShaderNodeOutputMaterial")
+    emission.inputs["Color"].default_value = (*linear_rgb, 1)
+    output.target = target
+    tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    return output
+
+
+def test_an_output_node_in_a_group_counts(glow):
+    material, color = glow
+    tree = material.node_tree
+    tree.nodes.clear()
+    group = tree.nodes.new("ShaderNodeGroup")
+    group.node_tree = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+    _emitting_output(group.node_tree, (0.25, 0.5, 0.125))
+    found, notes = color()
+    np.testing.assert_allclose(found.linear_rgb, (0.25, 0.5, 0.125))
+    assert notes == []
+
+
+def test_an_output_for_cycles_in_a_group_comes_before_one_for_all_engines(glow):
+    material, color = glow
+    group = material.node_tree.nodes.new("ShaderNodeGroup")
+    group.node_tree = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+    _emitting_output(group.node_tree, (0.25, 0.5, 0.125), "CYCLES")
+    found, notes = color()
+    np.testing.assert_allclose(found.linear_rgb, (0.25, 0.5, 0.125))
+    assert notes == []
+
+
+def test_of_active_outputs_in_several_trees_the_first_counts(glow):
+    material, color = glow
+    for linear_rgb, also in (((0.25, 0.5, 0.125), True), ((1.0, 0.0, 0.0), False)):
+        group = material.node_tree.nodes.new("ShaderNodeGroup")
+        group.node_tree = bpy.data.node_groups.new("Inner", "ShaderNodeTree")
+        output = _emitting_output(group.node_tree, linear_rgb, "CYCLES")
+        output.is_active_output = True
+        if also:
+            _emitting_output(group.node_tree, (0.0, 0.0, 1.0)).is_active_output = True
+            output.is_active_output = False
+    found, _ = color()
+    np.testing.assert_allclose(found.linear_rgb, (0.25, 0.5, 0.125))

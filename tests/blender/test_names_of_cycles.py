@@ -95,3 +95,37 @@ def test_the_active_color_is_read_whatever_its_name(build, translate):
     scene = translate()
     (attribute,) = scene.meshes[0].attributes
     assert np.allclose(attribute.values, OWN) and not scene.notes
+
+
+@pytest.mark.parametrize("name", ["uv", "generated", "pointiness", "random_per_island"])
+def test_color_attribute_finds_no_color_by_names_of_other_data(build, translate, name):
+    """Cycles shows black there; it was the UV map, the coordinates or the pointiness."""
+    shown(build, name, "ShaderNodeVertexColor")
+    scene = translate()
+    np.testing.assert_array_equal(scene.materials[0].surface.color.linear_rgb, 0.0)
+    assert any(repr(name) in note.message and "rename" in note.message for note in scene.notes)
+
+
+@pytest.mark.parametrize("kind", ["ShaderNodeAttribute", "ShaderNodeVertexColor"])
+@pytest.mark.parametrize("data_type", ["FLOAT", "INT", "BOOLEAN", "FLOAT2", "FLOAT_VECTOR", "BYTE_COLOR"])
+def test_color_attribute_has_a_note_for_what_is_no_color(build, translate, data_type, kind):
+    """Cycles reads three numbers where there are one or two: its picture depends on the other attributes."""
+    ball = shown(build, "mask", kind)
+    ball.data.attributes.remove(ball.data.attributes["mask"])
+    ball.data.attributes.new("mask", data_type, "POINT")
+    noted = any("'mask' is no color" in note.message for note in translate().notes)
+    assert noted == (kind == "ShaderNodeVertexColor" and data_type in ("FLOAT", "INT", "BOOLEAN", "FLOAT2"))
+
+
+@pytest.mark.parametrize("name", ["N", "Normals"])
+def test_a_uv_map_named_as_the_normals_has_a_note(build, translate, name):
+    """Cycles does not read it; here it is read."""
+    ball = shown(build, "mask")
+    ball.data.uv_layers[0].name = name
+    tree = ball.data.materials[0].node_tree
+    image = tree.nodes.new("ShaderNodeTexImage")
+    image.image = build.image("Picture", np.ones((2, 2, 4)))
+    shader = next(node for node in tree.nodes if node.type == "EMISSION")
+    tree.links.new(image.outputs["Color"], shader.inputs["Color"])
+    noted = any("'N' for normals" in note.message for note in translate().notes)
+    assert noted == (name == "N")

@@ -15,7 +15,6 @@ import numpy as np
 
 from spectral_core.scene import Instance, Mesh
 
-from ..approximations import note_missing
 from ..context import makers_of, whole
 from ..displacement.moved import displaced
 from ..ledger import note_changed
@@ -24,6 +23,7 @@ from ..shading.attributes import color_of, object_attributes, random_of, root_of
 from ..viewport.kept import kept_or_made
 from ..visibility import note_volume, seen_as, shown_by, terminator_of
 from . import velocities
+from .lacking import note_missing
 from .triangles import READS_UV, object_mesh
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ from spectral_core.spectra.observer import observer
 from .fields import Value, color_of_spectrum, mean_color
 from .reader import Reader, evaluator
 from .tree import Input, Output
+from .walks.constants import computed_by_blender
 
 MIX_SUFFIX = {"RGBA": "Color", "FLOAT": "Float", "VECTOR": "Vector", "ROTATION": "Rotation"}
 
@@ -164,9 +165,8 @@ def _map_range(reader: Reader, output: Output) -> Any:
 @evaluator("VALTORGB")
 def _color_ramp(reader: Reader, output: Output) -> Any:
     ramp = output.node.color_ramp
-    table = np.array([ramp.evaluate(position)[:] for position in np.linspace(0, 1, 256)])
-    if ramp.interpolation == "CONSTANT":  # fine enough to represent a step
-        table = np.array([ramp.evaluate(position)[:] for position in np.linspace(0, 1, 4096)])
+    count = 4096 if ramp.interpolation == "CONSTANT" else 256  # fine enough to represent a step
+    table = np.array([ramp.evaluate(position)[:] for position in np.linspace(0, 1, count)])
     factor = reader.read(output, "Fac")
     if output.socket.name == "Alpha":
         return reader.emit("ramp_number", factor, data=np.ascontiguousarray(table[:, 3:]))
@@ -178,24 +178,36 @@ def _curves(reader: Reader, output: Output) -> Any:
     kind = output.node.type
     mapping = output.node.mapping
     mapping.update()
+    share = "Fac" if output.input("Fac") is not None else "Factor"
+    name = {"CURVE_FLOAT": "Value", "CURVE_VEC": "Vector"}.get(kind, "Color")
+    factor, value = reader.read(output, share, 1.0), reader.read(output, name)
+    places = (output.input(share), output.input(name))
+    if factor.constant is not None and (own := value.constant) is not None and computed_by_blender(*places):
+        moved = _moved_as_in_blender(kind, mapping, np.resize(own, 1 if kind == "CURVE_FLOAT" else 3))
+        return reader.emit("mix_number" if kind == "CURVE_FLOAT" else "mix_vector", factor, value, moved)
     ends = [point.location[0] for curve in mapping.curves for point in (curve.points[0], curve.points[-1])]
     low, high = min(ends), max(ends)
     settings = (low, high if high > low else low + 1.0, mapping.extend == "EXTRAPOLATED")
     grid = np.linspace(*settings[:2], 257)
     first = [grid] * len(mapping.curves)
-    if (
-        kind == "CURVE_RGB"
-    ):  # each channel's own curve acts on the values of the combined one, in one table as in Cycles
+    if kind == "CURVE_RGB":  # a channel's own curve acts on the values of the combined one, in one table as in Cycles
         first = [np.array([mapping.evaluate(mapping.curves[3], x) for x in grid])] * 3
     tables = [
         np.array([mapping.evaluate(curve, x) for x in places])
         for curve, places in zip(mapping.curves, first, strict=False)
     ]
-    factor = reader.read(output, "Fac" if output.input("Fac") is not None else "Factor", 1.0)
     if kind == "CURVE_FLOAT":
-        return reader.emit("curve", factor, reader.read(output, "Value"), settings=settings, data=tables[0][:, None])
-    color = reader.read(output, "Vector" if kind == "CURVE_VEC" else "Color")
-    return reader.emit("curves", factor, color, settings=settings, data=np.stack(tables[:3], axis=1))
+        return reader.emit("curve", factor, value, settings=settings, data=tables[0][:, None])
+    return reader.emit("curves", factor, value, settings=settings, data=np.stack(tables[:3], axis=1))
+
+
+def _moved_as_in_blender(kind: str, mapping: Any, value: np.ndarray) -> np.ndarray:
+    """Constants on their curves: exact, not by a table of Cycles; the clipping of a Float Curve counts."""
+    if kind == "CURVE_RGB":
+        value = np.array([mapping.evaluate(mapping.curves[3], part) for part in value])
+    moved = np.array([mapping.evaluate(curve, part) for curve, part in zip(mapping.curves, value, strict=False)])
+    is_clipped = kind == "CURVE_FLOAT" and mapping.use_clip
+    return np.clip(moved, mapping.clip_min_y, mapping.clip_max_y) if is_clipped else moved
 
 
 @evaluator("RGBTOBW")

@@ -133,7 +133,7 @@ def _attribute(reader: Reader, output: Output) -> Any:
         value = reader.point(f"object_attribute:{kind}:{name}")
         return reader.emit("mean", value) if output.socket.type == "VALUE" else value
     if name in ALWAYS_THERE:
-        return _always_there(reader, output, ALWAYS_THERE[name])
+        return _always_there(reader, output, name)
     if not name and node.type == "ATTRIBUTE":  # the active color is what Color Attribute alone reads without a name
         return _component(output, NOTHING)
     if output.socket.name == "Alpha":
@@ -147,13 +147,19 @@ def _attribute(reader: Reader, output: Output) -> Any:
 ALWAYS_THERE = {
     "uv": "uv", "generated": "generated", "pointiness": f"{READ}pointiness", "random_per_island": f"{READ}island"
 }  # fmt: skip
-"""Names of attributes by which Cycles finds data of its own, even if the mesh has an attribute of such a name: the
-inputs of programs with these data.
+"""Names of attributes by which the node Attribute finds data of Cycles' own, even if the mesh has an attribute of such
+a name: the inputs of programs with these data. Color Attribute finds nothing by them.
 """
 
 
-def _always_there(reader: Reader, output: Output, name: str) -> Any:
+def _always_there(reader: Reader, output: Output, attribute: str) -> Any:
     """An output of an attribute of ``ALWAYS_THERE``."""
+    if output.node.type == "VERTEX_COLOR":
+        reader.note(
+            f"in Cycles, {output.label!r} finds no color {attribute!r}, a name of other data; 0 was used: rename it"
+        )
+        return 0.0
+    name = ALWAYS_THERE[attribute]
     if output.socket.name == "Alpha":
         return 1.0
     if output.socket.type != "VALUE":

@@ -159,11 +159,12 @@ def _through(socket: Any, groups: tuple[Any, ...]) -> Output | Input | None:
 
 
 def output_nodes(tree: Any, kind: str) -> list[Any]:
-    """Nodes of a type in a tree, the active one first."""
+    """Nodes of a type in a tree, the active one first: the first of several, as in Blender's copies of groups."""
     if tree is None:
         return []
     found = [node for node in tree.nodes if node.type == kind and not node.mute]
-    return sorted(found, key=lambda node: not getattr(node, "is_active_output", False))
+    active = next((node for node in found if getattr(node, "is_active_output", False)), None)
+    return sorted(found, key=lambda node: node != active)
 
 
 def surface_output(tree: Any, kind: str = "OUTPUT_MATERIAL") -> Any:

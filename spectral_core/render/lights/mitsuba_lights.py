@@ -31,12 +31,14 @@ class MitsubaLights:
     def __init__(self, mitsuba: Any, scene: Any) -> None:
         self._mi, self._scene = mitsuba, scene
         world = scene.environment()
-        self.even_world = 0
-        """Number of an environment that is equally bright everywhere; 0 for none."""
-        if world is not None and world.class_name() == "ConstantBackgroundEmitter":
+        self.even_world = self.varied_world = 0
+        """Number of an environment that is equally bright everywhere, and of any other; 0 for none."""
+        if world is not None:
             import drjit as dr
 
-            self.even_world = int(dr.reinterpret_array(mitsuba.UInt32, mitsuba.EmitterPtr(world))[0])
+            number = int(dr.reinterpret_array(mitsuba.UInt32, mitsuba.EmitterPtr(world))[0])
+            is_even = world.class_name() == "ConstantBackgroundEmitter"
+            self.even_world, self.varied_world = (number, 0) if is_even else (0, number)
 
     def choose(self, to: Receiver, sampler: Any, active: Any) -> Chosen:
         """No item: Mitsuba chooses when it draws."""

@@ -51,6 +51,8 @@ class SceneLights:
         self.world: Any = None if lights.world is None else lights.sources[lights.world[0]].emitter
         self.even_world = lights.world[0] + 1 if lights.world is not None and lights.world_is_constant else 0
         """Number of an environment that is equally bright everywhere; 0 for none."""
+        self.varied_world = lights.world[0] + 1 if lights.world is not None and not self.even_world else 0
+        """Number of any other environment."""
         self._world_source = None if lights.world is None else drjit.opaque(mi.UInt32, lights.world[0])
         self.is_empty = not self.kinds
         self._kinds_by_number = np.zeros(len(lights.sources) + 1, np.uint32)

@@ -8,7 +8,7 @@ from typing import Any
 
 from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
-from spectral_core.scene import Emission, Paint, Principled, Scalar, Surface, Weight, leaves, weighted_leaves
+from spectral_core.scene import Computed, Emission, Paint, Principled, Scalar, Surface, Weight, leaves, weighted_leaves
 
 
 def weight_texture(context: Context, weight: Weight, subject: str) -> Any:
@@ -23,14 +23,16 @@ def weight_texture(context: Context, weight: Weight, subject: str) -> Any:
     return result
 
 
-def sheen_clear(context: Context, closure: Principled, subject: str) -> Any:
+def sheen_clear(context: Context, closure: Principled, subject: str, normal: Computed | None = None) -> Any:
     """Share of light that the sheen of a Principled surface transmits to the layers below, as a factor of a weight."""
-    description = {
+    description: dict[str, Any] = {
         "type": "sheen_clear",
         "weight": paint.scalar_texture(context, closure.sheen_weight, subject),
         "roughness": paint.scalar_texture(context, closure.sheen_roughness, subject),
         "color": paint.reflectance(context, closure.sheen_tint, subject),
     }
+    if normal is not None:
+        description["normal"] = context.computed(normal.program)
     return paint.Made(context.load(description))
 
 

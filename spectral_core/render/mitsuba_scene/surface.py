@@ -78,7 +78,8 @@ def _scattering(context: Context, closure: Any, weight: Weight, subject: str) ->
         normal = getattr(closure, "normal", None)
         if normal is not None and made.name not in ("clear", "holdout"):
             fades = not isinstance(normal, Raised)
-            softens = fades and _is_diffuse(closure)
+            is_sheen = isinstance(closure, Principled) and made.name == "blender_sheen"
+            softens = fades and (is_sheen or _is_diffuse(closure))
             bent = {"normal": paint.vector(normal.program), "softens": softens, "fades": fades}
             made = Lobe("bent", {"closure": made, **bent})
             if isinstance(normal, OnRaised):

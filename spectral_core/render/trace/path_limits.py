@@ -26,9 +26,11 @@ def squared_share(pdf: Any, other: Any) -> Any:
     return dr.select(dr.isnan(weight), 0.0, weight)
 
 
-def share_of(tables: Any, path: Any, of: Any = None) -> Any:
-    """``share(number, pdf, active)``: weight of a light that a ray hits, given the density of sampling it; ``of``:
-    predicate of the lights that count, by their number; all if None.
+def share_of(tables: Any, path: Any, varied_world: int, of: Any = None) -> Any:
+    """``share(number, pdf, active)``: weight of a light that a ray hits, given the density of sampling it.
+
+    ``varied_world``: number of an environment that is not even; ``of``: predicate of the lights that count, by their
+    number; all if None.
     """
     import drjit as dr
 
@@ -41,7 +43,9 @@ def share_of(tables: Any, path: Any, of: Any = None) -> Any:
         if tables.only_sampled is not None:
             lit &= tables.look_up(tables.only_sampled, number) == 0
         # Power heuristic; after a mirror no light could have been sampled, so emission counts in full.
-        own = dr.select(path.before_delta, 1.0, squared_share(path.before_pdf, pdf))
+        # Where hair on meshes alone draws directions, Cycles samples no lamp.
+        own = path.before_delta | (path.before_alone & (number != varied_world))
+        own = dr.select(own, 1.0, squared_share(path.before_pdf, pdf))
         return dr.select(lit, own, 0.0)
 
     return share

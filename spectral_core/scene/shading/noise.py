@@ -11,7 +11,7 @@ import numpy as np
 
 from spectral_core.scene.shading.numpy_backend import NumPy
 from spectral_core.scene.shading.registry import operation
-from spectral_core.scene.shading.tuples import clip, mix
+from spectral_core.scene.shading.tuples import clip, mix, safe_divide
 
 _SEED = 0xDEADBEEF + 13
 _LARGEST = 1.0 / 4294967295.0
@@ -125,8 +125,8 @@ def fbm(xp: Any, p: Any, detail: Any, rough: Any, lac: Any, offset: Any, gain: A
         value = total + perlin(xp, _scaled(p, scale)) * size
         most = largest + size
         if normalizes:
-            before = 0.5 * total / xp.maximum(largest, 1e-30) + 0.5
-            after = 0.5 * value / xp.maximum(most, 1e-30) + 0.5
+            before = 0.5 * safe_divide(xp, total, largest) + 0.5
+            after = 0.5 * safe_divide(xp, value, most) + 0.5
             mixed = mix(before, after, share)
             # stored as a sum, so that the loop's last division gives the mix again
             value, most = xp.where(octave > whole, mixed * 2.0 - 1.0, value), xp.where(octave > whole, 1.0, most)
@@ -139,7 +139,7 @@ def fbm(xp: Any, p: Any, detail: Any, rough: Any, lac: Any, offset: Any, gain: A
 
     start = (zero, zero + 1.0, zero + 1.0, zero, zero)
     _, _, _, largest, total = xp.loop(start, goes_on, body)
-    return 0.5 * total / xp.maximum(largest, 1e-30) + 0.5 if normalizes else total
+    return 0.5 * safe_divide(xp, total, largest) + 0.5 if normalizes else total
 
 
 def multifractal(xp: Any, p: Any, detail: Any, rough: Any, lac: Any, offset: Any, gain: Any, normalizes: bool) -> Any:

@@ -31,8 +31,9 @@ def wave(
         n = length(xp, kept) * 20.0
     n = n + phase
     zero = 0.0 * p[0]
-    octaves, rough = clip(xp, detail + zero, 0.0, 15.0), xp.maximum(rough + zero, 0.0)
-    turbulence = fbm(xp, multiply(p, detail_scale), octaves, rough, zero + 2.0, zero, zero, True)
+    # below 0 the whole part is cut to 0, and the fraction counts from the next lower number, as in Cycles
+    octaves = clip(xp, xp.where((detail > -1.0) & (detail < 0.0), detail + 1.0, detail + zero), 0.0, 15.0)
+    turbulence = fbm(xp, multiply(p, detail_scale), octaves, rough + zero, zero + 2.0, zero, zero, True)
     n = n + distortion * (turbulence * 2.0 - 1.0)
     if profile == "SIN":
         return 0.5 + 0.5 * xp.sin(n - pi / 2)
@@ -126,7 +127,7 @@ def _brick(
     edge = xp.minimum(xp.minimum(x, y), xp.minimum(width - x, height - y))
     depth = 1.0 - safe_divide(xp, edge, mortar + 0.0 * edge)
     t = clip(xp, safe_divide(xp, depth, smooth + 0.0 * depth))
-    soft = xp.where((smooth > 0.0) & (depth < smooth), t * t * (3.0 - 2.0 * t), 1.0)
+    soft = xp.where(smooth == 0.0, 1.0, t * t * (3.0 - 2.0 * t))
     return tint, xp.where(edge >= mortar, 0.0, soft)
 
 

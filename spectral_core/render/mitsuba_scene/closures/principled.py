@@ -29,7 +29,7 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
     if closure.sheen_weight != 0:
         fibers = (closure.sheen_tint, closure.sheen_roughness, True)
         yield opaque.times(closure.sheen_weight), sheen(context, fibers, subject)
-        opaque = opaque.times(sheen_clear(context, closure, subject))
+        opaque = opaque.times(sheen_clear(context, closure, subject, closure.normal))
     if closure.alpha != 1.0:
         yield weight.times(closure.alpha, complement=True), Lobe("clear", {})
     base = paint.color(context, closure.base_color, subject, bright=True)

@@ -10,6 +10,8 @@ from typing import Any
 
 OWN = 1 << 29
 """Type of a drawn direction whose value over the density is known by its closure alone."""
+ALONE = 1 << 27
+"""Type of a drawn direction in which the closure has no value for a light that is sampled."""
 RAISED = 1 << 28
 """Bit of a closure's flags: its normal is that of a displaced surface, and replaces the smooth one."""
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.plugins.closures.facets.albedo import SIZE, nodes
+from spectral_core.render.plugins.closures.facets.upright import toward_viewer
 from spectral_core.render.plugins.closures.lobe import Closure, register_closure
 
 TABLE = Path(__file__).with_name("sheen.npy")
@@ -65,6 +66,10 @@ class SharedLight:
 def register(mi: Any, dr: Any) -> None:
     """Define and register the closure and the texture for the active variant."""
 
+    def height_of_viewer(si: Any, normal: Any) -> Any:
+        """Cosine of the viewer's direction to a normal on the visible side of the surface."""
+        return dr.dot(normal, toward_viewer(mi, dr, si))
+
     class Sheen(Closure):
         """``color``, ``roughness``; ``ashikhmin``: the older model, else ``share``, ``a`` and ``b`` are tables."""
 
@@ -76,12 +81,18 @@ def register(mi: Any, dr: Any) -> None:
             self.tables = [] if self.ashikhmin else [inputs[name] for name in ("share", "a", "b")]
 
         def lobe(self, roughness: Any, cosine: Any) -> tuple[Any, Any, Any]:
-            share, a, b = (table(roughness, cosine) for table in self.tables)
+            # as in Cycles, a normal that leans away from the viewer is seen as if from its horizon
+            share, a, b = (table(roughness, dr.maximum(cosine, 0.0)) for table in self.tables)
             return share, dr.maximum(a, 1e-3), b
 
         def upward(self, si: Any, way: Any) -> Any:
             """A direction in the frame with the viewer above the surface."""
             return mi.Vector3f(way.x, way.y, dr.mulsign(way.z, si.wi.z))
+
+        def viewer(self, si: Any) -> Any:
+            """Direction to the viewer in that frame; below 0 where a bent normal leans away from the viewer."""
+            wi = self.upward(si, si.wi)
+            return mi.Vector3f(wi.x, wi.y, height_of_viewer(si, dr.mulsign(mi.Vector3f(si.sh_frame.n), si.wi.z)))
 
         def axes(self, wi: Any) -> tuple[Any, Any]:
             """Cosine and sine of the rotation from the first axis to the viewer's side."""
@@ -101,9 +112,10 @@ def register(mi: Any, dr: Any) -> None:
 
         def measure(self, si: Any, wi: Any, wo: Any, active: Any) -> tuple[Any, Any]:
             """Value · cosine of a white sheen, and density."""
-            above = active & (wi.z > 0.0) & (wo.z > 0.0)
+            above = active & (wo.z > 0.0)
             roughness = self.roughness.eval_1(si, active)
             if self.ashikhmin:
+                above &= wi.z > 0.0
                 value, density = self.velvet(roughness, wi, wo), mi.Float(0.5 / dr.pi)
             else:
                 share, a, b = self.lobe(roughness, wi.z)
@@ -126,7 +138,7 @@ def register(mi: Any, dr: Any) -> None:
             return 0.25 * spread * masked / dr.maximum(wi.z, 1e-5)
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
-            wi = self.upward(si, si.wi)
+            wi = self.viewer(si)
             wo = self.draw(si, wi, sample2, active)
             value, density = self.measure(si, wi, wo, active)
             bs = dr.zeros(mi.BSDFSample3f)
@@ -136,22 +148,31 @@ def register(mi: Any, dr: Any) -> None:
             return bs, dr.select(active & (density > 0.0), weight, 0.0)
 
         def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            value, density = self.measure(si, self.upward(si, si.wi), self.upward(si, wo), mi.Bool(active))
+            value, density = self.measure(si, self.viewer(si), self.upward(si, wo), mi.Bool(active))
             return dr.select(active, self.color.eval(si, active) * value, 0.0), density
 
     class SheenClear(mi.Texture):
         """Share that a layer of Microfiber sheen of ``weight``, ``roughness`` and ``color`` transmits, at the view
-        angle.
+        angle to ``normal``, or to that of the surface.
         """
 
         def __init__(self, properties: Any) -> None:
             super().__init__(properties)
             self.weight, self.roughness = properties["weight"], properties["roughness"]
             self.color = properties["color"]
+            self.normal = properties.get("normal")
             self.share = SharedLight(mi, dr)
 
+        def cosine(self, si: Any, active: Any) -> Any:
+            normal = dr.mulsign(mi.Vector3f(si.sh_frame.n), si.wi.z)
+            if self.normal is not None:
+                bent = mi.Vector3f(self.normal.eval_3(si, active))
+                size = dr.norm(bent)
+                normal = dr.select(size > 1e-6, bent / dr.maximum(size, 1e-6), normal)
+            return height_of_viewer(si, normal)
+
         def eval_1(self, si: Any, active: Any = True) -> Any:
-            share = self.share(self.roughness.eval_1(si, active), dr.abs(si.wi.z))
+            share = self.share(self.roughness.eval_1(si, active), self.cosine(si, active))
             amount = dr.clip(self.weight.eval_1(si, active), 0.0, 1.0) * dr.max(self.color.eval(si, active))
             return dr.clip(1.0 - amount * share, 0.0, 1.0)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from math import pi
 from typing import Any
 
-from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+from spectral_core.render.plugins.closures.lobe import ALONE, OWN, Closure, register_closure
 from spectral_core.render.plugins.closures.strands.fiber import FIBER, LEAST, MOST, as_sample, fiber_at
 
 
@@ -73,6 +73,11 @@ def register(mi: Any, dr: Any) -> None:
             outward = fiber.along * sine + cosine * (fiber.across * turn[0] - fiber.away * turn[1])
             density = self.density(prepared, si, outward, is_drawn=True)
             value = self.inputs["color"].eval(si, active) * density
-            return as_sample(mi, dr, si, outward, mi.Bool(not self.transmits), (value, density), active)
+            bs, weight = as_sample(mi, dr, si, outward, mi.Bool(not self.transmits), (value, density), active)
+            unseen = self.density(prepared, si, outward) == 0.0
+            bs.sampled_type |= dr.select(unseen, mi.UInt32(OWN), 0)
+            if not self.transmits:
+                bs.sampled_type |= dr.select(unseen & ~fiber.is_strand, mi.UInt32(ALONE), 0)
+            return bs, weight
 
     register_closure(mi, "blender_hairlobe", BlenderHairLobe)
