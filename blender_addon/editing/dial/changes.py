@@ -20,7 +20,7 @@ from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Unfinished
 from ..deferred import Deferred
 from ..viewport.stages import Stage
-from .as_rendered import first_layer, translated_layers
+from .as_rendered import SHOWN, first_layer, translated_layers
 from .differences import HIDDEN, told
 from .live import changed, redraw_dial
 from .names import dark_lamps, recorded_names
@@ -35,11 +35,6 @@ SHARE_SECONDS = 0.03
 DIGITS = 12
 """Digits of each part's hash: they detect an edit, and can be stored for thousands of objects."""
 EDITED_ELSEWHERE = "The scene was edited since the recording; press Compare to list the changes"
-SHOWN = (
-    bpy.types.Object, bpy.types.Mesh, bpy.types.Curve, bpy.types.Light, bpy.types.Material, bpy.types.World,
-    bpy.types.Camera, bpy.types.NodeTree, bpy.types.Volume, bpy.types.Collection,
-)  # fmt: skip
-"""Data-blocks that a picture depends on. The dial itself is stored on the scene, which is not among them."""
 
 slow_scenes: set[int] = set()
 _shares: dict[int, Shares] = {}
