@@ -3,19 +3,27 @@
 spectrum.
 """
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
 from bpy.props import BoolProperty
-from bpy.types import ID, Context, Object, PropertyGroup
+from bpy.types import ID, Context, Object, PropertyGroup, Scene, World
 
 from spectral_core.errors import InvalidInputError
 
 from .. import compat
 from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.differences import world_varies
-from ..editing.dial.dimming import apply_weights, block_of, dark_lamps_lit, require_power, require_writable
+from ..editing.dial.dimming import (
+    apply_weights,
+    block_of,
+    dark_lamps_lit,
+    dark_worlds_lit,
+    require_power,
+    require_writable,
+)
 from ..editing.dial.names import name_of
 from ..translate.lighting.lights import emitting_area
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
@@ -52,8 +60,8 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
         require_writable(dial.bulbs, weights)
         with dark_lamps_lit(dial.bulbs):
             parts = changes.present_parts(context.scene)
-            if not self.restore and world_varies(parts.values):
-                _require_no_lamp_of_world(dial)
+            if not self.restore:
+                _require_no_lamp_of_world(context.scene, parts.values)
         before = parts.hashes()
         for bulb, weight in zip(dial.bulbs, weights.tolist(), strict=True):
             bulb.is_dark, bulb.lit = weight == 0, weight or bulb.lit
@@ -84,20 +92,28 @@ def _require_lamps(dial: PropertyGroup) -> None:
                 require_editable(_carrier(kept))
 
 
-def _require_no_lamp_of_world(dial: PropertyGroup) -> None:
-    """Check that no lamp is chosen for a world of several colors: it would replace its image, pattern or sky."""
-    for bulb in dial.bulbs:
-        for kept in bulb.members:
-            if bulb.lamp and isinstance(kept.owner, bpy.types.World):
-                raise InvalidInputError(
-                    f"{kept.owner.name!r} shines in several colors, such as an image or a sky, which the lamp "
-                    f"{bulb.lamp!r} would replace; empty the lamp of the bulb {name_of(bulb)!r} before Apply"
-                )
+def _require_no_lamp_of_world(scene: Scene, parts: Mapping[str, Any]) -> None:
+    """Check that no lamp is chosen for a world of several colors: it would replace its image, pattern or sky.
+
+    ``parts``: those of the scene as it is.
+    """
+    bulbs = scene.spectral.dial.bulbs
+    with_worlds = [(bulb, kept.owner) for bulb in bulbs for kept in bulb.members if isinstance(kept.owner, World)]
+    chosen = [(bulb, world) for bulb, world in with_worlds if bulb.lamp]
+    if any(bulb.is_dark for bulb, _ in chosen):
+        with dark_worlds_lit(bulbs):
+            parts = changes.present_parts(scene).values
+    if chosen and world_varies(parts):
+        bulb, world = chosen[0]
+        raise InvalidInputError(
+            f"{world.name!r} shines in several colors, such as an image or a sky, which the lamp {bulb.lamp!r} would "
+            f"replace; empty the lamp of the bulb {name_of(bulb)!r} before Apply"
+        )
 
 
 def _carrier(kept: PropertyGroup) -> ID:
     """The light or world with the spectrum of a member."""
-    return kept.owner if isinstance(kept.owner, bpy.types.World) else kept.owner.data
+    return kept.owner if isinstance(kept.owner, World) else kept.owner.data
 
 
 def _apply_lamps(dial: PropertyGroup) -> None:

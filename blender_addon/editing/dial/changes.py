@@ -8,7 +8,7 @@ import math
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -21,7 +21,7 @@ from ...translate.viewport.kept import Unfinished
 from ..deferred import Deferred
 from ..viewport.stages import Stage
 from .as_rendered import SHOWN, first_layer, translated_layers
-from .differences import HIDDEN, told
+from .differences import HIDDEN, SUNS, WORLD, told
 from .live import changed, redraw_dial
 from .names import dark_lamps, recorded_names
 from .rendered_parts import look_matrix, names_of, rendered_forms, rendered_objects, settings_parts
@@ -94,6 +94,8 @@ def read_parts(
     the viewport hides. ``seconds``: raises Unfinished after about so long; ``continues``: True for a call after that.
     ``layer``: name of the view layer; without it that of the last translation. ``names``: other names of lamps.
     """
+    from spectral_core.render.light_groups import is_of_world
+
     view_layer = _view_layer(scene, layer)
     if view_layer.depsgraph is None:
         view_layer.update()  # no window has shown it
@@ -121,10 +123,11 @@ def read_parts(
 
         translated = with_light_names(translated, names)
     parts: dict[str, Any] = {"the camera": translated.camera, "the size of the picture": translated.film.size}
-    parts |= {"the world": translated.world, **settings_parts(scene, view_layer), **rendered_forms(rendered.values())}
+    parts |= {WORLD: translated.world, **settings_parts(scene, view_layer), **rendered_forms(rendered.values())}
+    parts[SUNS] = [replace(each, name="") for each in translated.lights if is_of_world(each)]
     for kind in ("lights", "meshes", "materials", "instances", "volumes"):
         singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
-        parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
+        parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind) if not is_of_world(each)}
     unseen = [obj for obj in rendered.values() if not obj.visible_get(view_layer=view_layer)]
     hidden = [name for obj in unseen for name in names_of(obj, names)]
     return Parts(scene.session_uid, view_layer.name, parts, tuple(hidden))

@@ -56,6 +56,20 @@ def dark_lamps_lit(bulbs: Iterable[PropertyGroup]) -> Iterator[None]:
         raise
 
 
+@contextmanager
+def dark_worlds_lit(bulbs: Iterable[PropertyGroup]) -> Iterator[None]:
+    """Within it worlds that the dial made dark have their last strength: a dark one has no colors."""
+    found = [(kept, bulb.lit) for bulb in bulbs if bulb.is_dark for kept in bulb.members]
+    dark = [(k, lit) for k, lit in found if isinstance(k.owner, bpy.types.World) and k.socket != SEALED]
+    for kept, lit in dark:
+        _write(kept, kept.base * lit)
+    try:
+        yield
+    finally:
+        for kept, _ in dark:
+            _write(kept, 0.0)
+
+
 def _dims(weight: float) -> bool:
     """True if a factor is not that of the recording; at the center of the dial it is 1 within rounding."""
     return abs(weight - 1.0) > ROUNDING
