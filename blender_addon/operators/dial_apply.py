@@ -21,6 +21,7 @@ from ..editing.dial.dimming import (
     block_of,
     dark_lamps_lit,
     dark_worlds_lit,
+    original_of,
     require_power,
     require_writable,
 )
@@ -82,6 +83,7 @@ def _require_lamps(dial: PropertyGroup) -> None:
     for bulb in dial.bulbs:
         if bulb.lamp:
             catalogue.named("illuminant", bulb.lamp)  # raises for an unknown name
+        _require_lamp_of_original(bulb, dial)
         for kept in bulb.members:
             if bulb.lamp and kept.slot >= 0:
                 raise InvalidInputError(
@@ -90,6 +92,18 @@ def _require_lamps(dial: PropertyGroup) -> None:
                 )
             if bulb.lamp and kept.owner is not None:
                 require_editable(_carrier(kept))
+
+
+def _require_lamp_of_original(bulb: PropertyGroup, dial: PropertyGroup) -> None:
+    """Check that a bulb that has no light of its own, such as an instance, has the lamp that Apply would give it."""
+    original = None if len(bulb.members) else original_of(bulb, dial.bulbs)
+    assigned = "" if original is None else original.lamp
+    if not len(bulb.members) and bulb.lamp != assigned:
+        raise InvalidInputError(
+            f"{name_of(bulb)!r} is an instance of a light, or of a view layer's material override, which has no "
+            f"spectrum of its own: the dial shows it with the lamp {bulb.lamp!r}, and Apply would leave "
+            f"{assigned!r}. Give both bulbs the same lamp, or make it real and record again"
+        )
 
 
 def _require_no_lamp_of_world(scene: Scene, parts: Mapping[str, Any]) -> None:

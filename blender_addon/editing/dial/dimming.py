@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -77,13 +78,7 @@ def _dims(weight: float) -> bool:
 
 def require_writable(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | np.ndarray) -> None:
     """Raise InvalidInputError if lights of bulbs cannot have these weights."""
-    for bulb, weight in zip(bulbs, weights, strict=True):
-        if not len(bulb.members) and _dims(weight):
-            raise InvalidInputError(
-                f"no light of this scene is known as {name_of(bulb)!r}: an instance of a light, or the emission of a "
-                "view layer's material override, cannot be dimmed by itself. Make it real, or give it a light group "
-                "with the others"
-            )
+    _require_like_originals(bulbs, weights)
     for bulb, weight in zip(bulbs, weights, strict=True):
         for kept in bulb.members:
             block = _require_writable(bulb, kept)
@@ -95,6 +90,37 @@ def require_writable(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | 
                     f"{block.name!r} emits light in its node {kept.node!r}, a node group or Volume Coefficients, which "
                     f"cannot be dimmed; ungroup the node, or leave {name_of(bulb)!r} at its recorded brightness"
                 )
+
+
+def _require_like_originals(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | np.ndarray) -> None:
+    """Raise InvalidInputError if a bulb that has no light of its own is not as bright as Apply would leave it."""
+    weight_of = {bulb.name: float(weight) for bulb, weight in zip(bulbs, weights, strict=True)}
+    for bulb in bulbs:
+        if len(bulb.members):
+            continue
+        original = original_of(bulb, bulbs)
+        wanted = 1.0 if original is None else weight_of[original.name]
+        if abs(weight_of[bulb.name] - wanted) <= ROUNDING * max(1.0, abs(wanted)):
+            continue
+        if original is not None:
+            raise InvalidInputError(
+                f"{bulb.name!r} is an instance of {name_of(original)!r}, and an instance of a light cannot be dimmed "
+                f"by itself: it is as bright as the light. The dial has the factors {weight_of[bulb.name]:.3g} and "
+                f"{wanted:.3g}. Make it real and record again, or place the two bulbs at the same position"
+            )
+        raise InvalidInputError(
+            f"no light of this scene is known as {name_of(bulb)!r}: an instance of a light, or the emission of a "
+            "view layer's material override, cannot be dimmed by itself. Make it real, or give it a light group "
+            "with the others"
+        )
+
+
+def original_of(bulb: PropertyGroup, bulbs: Iterable[PropertyGroup]) -> PropertyGroup | None:
+    """The bulb of the light of which a bulb without members is an instance: translations number the names of instances
+    (``Key #2``). None if there is none.
+    """
+    name = re.sub(r"( #\d+)+$", "", bulb.name)
+    return next((each for each in bulbs if each.name == name and each != bulb), None)
 
 
 def _of_no_strength(bulb: PropertyGroup, block: ID) -> str:
