@@ -192,6 +192,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         made = lamp.owner.copy()
         made.data = made.data.copy()
         made.name = made.data.name = BAKED
+        _place_as_shown(context, made, lamp.owner)
         made.lightgroup = ""
         compat.collection_for_new(context, context.scene).objects.link(made)
         made.data.color = (1.0, 1.0, 1.0)
@@ -203,6 +204,19 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         if removing:
             self.report({"WARNING"}, f"one lamp cannot remove light, so it is made without {', '.join(removing)}")
         self.report({"INFO"}, f"{made.name}: {made.data.energy:.4g} W")
+
+
+def _place_as_shown(context: Context, made: Object, lamp: Object) -> None:
+    """Place a copy of a lamp where the lamp's first instance is, if only instances show the lamp."""
+    graph = context.evaluated_depsgraph_get()
+    shown = [
+        (each.is_instance, each.matrix_world.copy()) for each in graph.object_instances if each.object.original == lamp
+    ]
+    if shown and all(is_instance for is_instance, _ in shown):
+        made.parent = None
+        made.animation_data_clear()
+        made.constraints.clear()
+        made.matrix_world = shown[0][1]
 
 
 def _lamps(bulb: PropertyGroup) -> list[PropertyGroup]:

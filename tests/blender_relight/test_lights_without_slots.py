@@ -155,6 +155,20 @@ def test_an_instance_of_a_light_is_as_bright_as_the_light(stage, instances, pict
     assert same_paths()[..., :3] == pytest.approx(picture()[..., :3], rel=1e-4, abs=1e-6)
 
 
+def test_an_instance_of_a_lamp_that_apply_made_dark_is_no_change(stage, instances):
+    instances("Key")
+    dial = stage.spectral.dial
+    dial.selector = dial.bulbs["Fill"].place
+    assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
+    assert bpy.data.lights["Key"].energy == 0.0
+    bpy.ops.spectral.dial_check()
+    assert dial.changes == ""
+    bpy.data.objects["Fill"].location.x += 1.0
+    bpy.context.view_layer.update()
+    bpy.ops.spectral.dial_check()
+    assert dial.changes == "light 'Fill' was changed"
+
+
 def test_an_instance_of_a_lamp_has_its_spectrum(stage, instances):
     dial = stage.spectral.dial
     dial.storage = "BANDS31"
@@ -166,3 +180,16 @@ def test_an_instance_of_a_lamp_has_its_spectrum(stage, instances):
     assert bpy.data.lights["Key"].spectral.catalogue_name != "HP1"
     instance.lamp = "HP1"
     assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
+
+
+def test_a_baked_lamp_is_where_the_instance_of_the_lamp_is(stage, instances):
+    """A lamp that only instances of its collection show is not at the place of its own object."""
+    light, instance = (stage.spectral.dial.bulbs[each] for each in instances("Key"))
+    for bulb in stage.spectral.dial.bulbs:
+        bulb.is_on = bulb.name in (light.name, instance.name)
+    bpy.data.objects["Place 0"].location = (0.5, -1.0, 0.25)
+    bpy.context.view_layer.update()
+    assert bpy.ops.spectral.dial_bake() == {"FINISHED"}
+    bpy.context.view_layer.update()
+    made = bpy.data.objects["Dial Light"]
+    assert tuple(made.matrix_world.translation) == pytest.approx((-1.5, -2.0, 3.25))

@@ -23,7 +23,7 @@ from ..viewport.stages import Stage
 from .as_rendered import SHOWN, first_layer, translated_layers
 from .differences import HIDDEN, SUNS, WORLD, told
 from .live import changed, redraw_dial
-from .names import dark_lamps, recorded_names
+from .names import dark_parts, recorded_names
 from .rendered_parts import look_matrix, names_of, rendered_forms, rendered_objects, settings_parts
 
 REST_SECONDS = 1.0
@@ -218,7 +218,7 @@ def compare(scene: Scene, parts: Parts | None = None) -> str:
         return dial.changes
     if time.monotonic() - began > SLOW_SECONDS:
         slow_scenes.add(scene.session_uid)
-    now |= {LAYER: HIDDEN} | {f"light {name!r}": HIDDEN for name in dark_lamps(scene)}
+    now |= {LAYER: HIDDEN} | dict.fromkeys(dark_parts(scene, recorded), HIDDEN)
     shown = {f"light {before!r}": f"light {name!r}" for name, before in names.items()}
     dial.changes = told(*({shown.get(name, name): each[name] for name in each} for each in (recorded, now)))
     return dial.changes

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -16,7 +15,7 @@ from spectral_core.errors import InvalidInputError
 
 from ... import compat
 from .members import SEALED, dimmer_name, strength_sockets
-from .names import name_of
+from .names import name_of, without_number
 
 ROUNDING = 1e-6
 """Factors this near to 1 are those of the recording."""
@@ -116,10 +115,8 @@ def _require_like_originals(bulbs: Sequence[PropertyGroup], weights: Sequence[fl
 
 
 def original_of(bulb: PropertyGroup, bulbs: Iterable[PropertyGroup]) -> PropertyGroup | None:
-    """The bulb of the light of which a bulb without members is an instance: translations number the names of instances
-    (``Key #2``). None if there is none.
-    """
-    name = re.sub(r"( #\d+)+$", "", bulb.name)
+    """The bulb of the light of which a bulb without members is an instance; None if there is none."""
+    name = without_number(bulb.name)
     return next((each for each in bulbs if each.name == name and each != bulb), None)
 
 
