@@ -3,19 +3,28 @@
 spectrum.
 """
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
 from bpy.props import BoolProperty
-from bpy.types import ID, Context, Object, PropertyGroup
+from bpy.types import ID, Context, Object, PropertyGroup, Scene, World
 
 from spectral_core.errors import InvalidInputError
 
 from .. import compat
 from ..editing.dial import changes, kept_mix, live
 from ..editing.dial.differences import world_varies
-from ..editing.dial.dimming import apply_weights, block_of, dark_lamps_lit, require_power, require_writable
+from ..editing.dial.dimming import (
+    apply_weights,
+    block_of,
+    dark_lamps_lit,
+    dark_worlds_lit,
+    original_of,
+    require_power,
+    require_writable,
+)
 from ..editing.dial.names import name_of
 from ..translate.lighting.lights import emitting_area
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
@@ -52,8 +61,8 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
         require_writable(dial.bulbs, weights)
         with dark_lamps_lit(dial.bulbs):
             parts = changes.present_parts(context.scene)
-            if not self.restore and world_varies(parts.values):
-                _require_no_lamp_of_world(dial)
+            if not self.restore:
+                _require_no_lamp_of_world(context.scene, parts.values)
         before = parts.hashes()
         for bulb, weight in zip(dial.bulbs, weights.tolist(), strict=True):
             bulb.is_dark, bulb.lit = weight == 0, weight or bulb.lit
@@ -74,6 +83,7 @@ def _require_lamps(dial: PropertyGroup) -> None:
     for bulb in dial.bulbs:
         if bulb.lamp:
             catalogue.named("illuminant", bulb.lamp)  # raises for an unknown name
+        _require_lamp_of_original(bulb, dial)
         for kept in bulb.members:
             if bulb.lamp and kept.slot >= 0:
                 raise InvalidInputError(
@@ -84,20 +94,40 @@ def _require_lamps(dial: PropertyGroup) -> None:
                 require_editable(_carrier(kept))
 
 
-def _require_no_lamp_of_world(dial: PropertyGroup) -> None:
-    """Check that no lamp is chosen for a world of several colors: it would replace its image, pattern or sky."""
-    for bulb in dial.bulbs:
-        for kept in bulb.members:
-            if bulb.lamp and isinstance(kept.owner, bpy.types.World):
-                raise InvalidInputError(
-                    f"{kept.owner.name!r} shines in several colors, such as an image or a sky, which the lamp "
-                    f"{bulb.lamp!r} would replace; empty the lamp of the bulb {name_of(bulb)!r} before Apply"
-                )
+def _require_lamp_of_original(bulb: PropertyGroup, dial: PropertyGroup) -> None:
+    """Check that a bulb that has no light of its own, such as an instance, has the lamp that Apply would give it."""
+    original = None if len(bulb.members) else original_of(bulb, dial.bulbs)
+    assigned = "" if original is None else original.lamp
+    if not len(bulb.members) and bulb.lamp != assigned:
+        raise InvalidInputError(
+            f"{name_of(bulb)!r} is an instance of a light, or of a view layer's material override, which has no "
+            f"spectrum of its own: the dial shows it with the lamp {bulb.lamp!r}, and Apply would leave "
+            f"{assigned!r}. Give both bulbs the same lamp, or make it real and record again"
+        )
+
+
+def _require_no_lamp_of_world(scene: Scene, parts: Mapping[str, Any]) -> None:
+    """Check that no lamp is chosen for a world of several colors: it would replace its image, pattern or sky.
+
+    ``parts``: those of the scene as it is.
+    """
+    bulbs = scene.spectral.dial.bulbs
+    with_worlds = [(bulb, kept.owner) for bulb in bulbs for kept in bulb.members if isinstance(kept.owner, World)]
+    chosen = [(bulb, world) for bulb, world in with_worlds if bulb.lamp]
+    if any(bulb.is_dark for bulb, _ in chosen):
+        with dark_worlds_lit(bulbs):
+            parts = changes.present_parts(scene).values
+    if chosen and world_varies(parts):
+        bulb, world = chosen[0]
+        raise InvalidInputError(
+            f"{world.name!r} shines in several colors, such as an image or a sky, which the lamp {bulb.lamp!r} would "
+            f"replace; empty the lamp of the bulb {name_of(bulb)!r} before Apply"
+        )
 
 
 def _carrier(kept: PropertyGroup) -> ID:
     """The light or world with the spectrum of a member."""
-    return kept.owner if isinstance(kept.owner, bpy.types.World) else kept.owner.data
+    return kept.owner if isinstance(kept.owner, World) else kept.owner.data
 
 
 def _apply_lamps(dial: PropertyGroup) -> None:
@@ -162,6 +192,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         made = lamp.owner.copy()
         made.data = made.data.copy()
         made.name = made.data.name = BAKED
+        _place_as_shown(context, made, lamp.owner)
         made.lightgroup = ""
         compat.collection_for_new(context, context.scene).objects.link(made)
         made.data.color = (1.0, 1.0, 1.0)
@@ -173,6 +204,19 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
         if removing:
             self.report({"WARNING"}, f"one lamp cannot remove light, so it is made without {', '.join(removing)}")
         self.report({"INFO"}, f"{made.name}: {made.data.energy:.4g} W")
+
+
+def _place_as_shown(context: Context, made: Object, lamp: Object) -> None:
+    """Place a copy of a lamp where the lamp's first instance is, if only instances show the lamp."""
+    graph = context.evaluated_depsgraph_get()
+    shown = [
+        (each.is_instance, each.matrix_world.copy()) for each in graph.object_instances if each.object.original == lamp
+    ]
+    if shown and all(is_instance for is_instance, _ in shown):
+        made.parent = None
+        made.animation_data_clear()
+        made.constraints.clear()
+        made.matrix_world = shown[0][1]
 
 
 def _lamps(bulb: PropertyGroup) -> list[PropertyGroup]:

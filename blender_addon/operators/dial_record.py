@@ -2,8 +2,8 @@
 """Record the contribution of each light to the picture, or load a recording; the dial gets its bulbs."""
 
 import contextlib
+import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,6 @@ from bpy.types import Context, Event, Scene
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError
-from spectral_core.files.whole import make_folder
 
 from ..drawing.clock import clock
 from ..editing.deferred import open_scene
@@ -22,7 +21,7 @@ from ..editing.dial.as_rendered import AsRendered
 from ..editing.dial.members import Member, color_bulbs, store_members
 from ..editing.dial.names import dark_bulbs_besides, match_bulbs
 from ..editing.dial.paths import follow_recording, is_temporary, path_for_recording, require_ending, transport_path
-from ..editing.dial.recording import Recording, remember_recorded, told
+from ..editing.dial.recording import Recorded, Recording, recorded_in_file, remember_recorded, told
 from ..editing.dial.view_process import TableAhead
 from ..editing.waiting import Waiting, WaitingForFile
 from ..translate.dial import storage_name
@@ -34,29 +33,11 @@ if TYPE_CHECKING:
     from spectral_core.render.relight.transport import Transport
 
 
-@dataclass(frozen=True)
-class _Recorded:
-    """What the thread hands back. ``path``: of the file; ``unsaved``: the error if it could not be written."""
-
-    mix: "LiveMix"
-    path: Path
-    unsaved: Exception | None
+REST_S = 0.3
+"""Time without an edit until a scene that was edited while it was translated is translated again."""
 
 
-def _record(recording: Recording) -> _Recorded:
-    """Render, and write the file. A recording that could not be written is kept: it may have taken hours."""
-    from spectral_core.render.relight.transport_file import write_transport
-
-    transport, path, unsaved = recording.run(), recording.path, None
-    try:
-        make_folder(path.parent)
-        write_transport(path, transport, only_over_transports=True)  # the path may come from a downloaded .blend
-    except (SpectralError, OSError) as error:
-        unsaved = error
-    return _Recorded(kept_mix.mix_of(transport), path, unsaved)
-
-
-def _keep(scene: Scene, recording: Recording, recorded: _Recorded) -> str:
+def _keep(scene: Scene, recording: Recording, recorded: Recorded) -> str:
     """Create the bulbs, where existing ones stay in place, and keep the transport in memory; returns a note."""
     dial = scene.spectral.dial
     kept_mix.remember(scene, recorded.mix)  # first: whatever fails later, the recording may have taken hours
@@ -108,6 +89,7 @@ class _Translating(Waiting):
     _recording: Recording | None = None
     _table: TableAhead | None = None
     _shares: changes.Shares | None = None
+    _error: Exception | None = None
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
         if context.scene.session_uid in _under_way:
@@ -122,15 +104,33 @@ class _Translating(Waiting):
             return True
         if self._table is not None and not self.is_stopped and not self._table.is_ready():
             return False
-        if self._asked.is_running:
+        if self._asked.is_running or self._waits_for_rest():
             return False
         self._shares = self._shares or changes.Shares()
         with contextlib.suppress(SpectralError):  # the recording reads the parts again, and reports it
             return bpy.context.scene.session_uid != self._uid or self._shares.read(bpy.context.scene)
         return True
 
+    def _waits_for_rest(self) -> bool:
+        """True if the scene was edited since it was translated; it is translated again when the artist rests.
+
+        Otherwise a recording of the earlier scene would be kept with the lights and the state of the present one.
+        """
+        edited_at = None if self._asked is None else self._asked.edited_at
+        if edited_at is None or self.is_stopped or bpy.context.scene.session_uid != self._uid:
+            return False
+        if time.monotonic() - edited_at > REST_S:
+            self._shares = None
+            try:
+                self._asked = AsRendered(bpy.context, at_once=False)
+            except InvalidInputError as error:  # such as a deleted camera; `begin` raises it
+                self._asked, self._error = None, error
+        return True
+
     def read(self, context: Context, *, only_changed: bool = False) -> Recording:
         """The scene, with what else a recording needs from Blender."""
+        if self._error is not None:
+            raise self._error
         assert self._asked is not None
         parts = None if self._shares is None else self._shares.parts
         self._recording = Recording.of(context, self._asked.take(), only_changed=only_changed, parts=parts)
@@ -164,12 +164,12 @@ class SPECTRAL_OT_dial_record(_Translating, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    def begin(self, context: Context) -> Callable[[], _Recorded]:
+    def begin(self, context: Context) -> Callable[[], Recorded]:
         recording = self.read(context, only_changed=self.only_changed)
         recording.path = path_for_recording(context.scene, _under_way)
-        return lambda: _record(recording)
+        return lambda: recorded_in_file(recording)
 
-    def end(self, scene: Scene, answer: _Recorded) -> None:
+    def end(self, scene: Scene, answer: Recorded) -> None:
         assert self._recording is not None
         note = _keep(scene, self._recording, answer)
         changes.LIVE.request(scene)  # later: it translates the scene once more
@@ -271,24 +271,9 @@ def _read(path: Path, recording: Recording) -> "LiveMix":
     from spectral_core.scene import scene_hash
 
     transport = read_transport(path, scene_hash=scene_hash(recording.scene))
-    _require_grouping(transport, recording)
+    recording.require_grouping(transport)
     recording.identify()
     return kept_mix.mix_of(transport)
-
-
-def _require_grouping(transport: "Transport", recording: Recording) -> None:
-    from spectral_core.render.light_groups import group_text, light_groups
-    from spectral_core.render.relight.groups import one_group_per_light
-
-    # volumes that emit light are in groups, too, and no member of a bulb writes their strength
-    known = light_groups(one_group_per_light(recording.scene) if recording.one_per_light else recording.scene)
-    strange = [group for group in transport.groups if group not in known]
-    if strange:
-        other = "off" if recording.one_per_light else "on"
-        raise InvalidInputError(
-            f"the file has light groups {', '.join(map(group_text, transport.groups))}; this scene has "
-            f"{', '.join(map(group_text, sorted(known)))}. Was it recorded with One per Light {other}?"
-        )
 
 
 register, unregister = bpy.utils.register_classes_factory(

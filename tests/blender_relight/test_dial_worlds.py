@@ -61,6 +61,43 @@ def test_a_lamp_for_a_sky_is_not_applied(stage):
     assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
 
 
+def _turned_to(dial, name):
+    dial.selector = next(bulb.place for bulb in dial.bulbs if bulb.name == name)
+
+
+def test_a_sky_that_apply_made_dark_is_no_change_of_the_scene(stage):
+    """Its sun, which a dark sky does not have, was called removed, and changed as soon as the sky shone again."""
+    _sky(stage.world)
+    dial = stage.spectral.dial
+    bpy.ops.spectral.dial_record()
+    for place in (dial.bulbs["Key"].place[:], (0.2, -0.3), dial.bulbs["Key"].place[:]):
+        dial.selector = place
+        bpy.ops.spectral.dial_apply()
+        bpy.ops.spectral.dial_check()
+        assert dial.changes == ""
+    assert _node(stage.world, "BACKGROUND").inputs["Strength"].default_value == 0
+    bpy.ops.spectral.dial_apply(restore=True)
+    _node(stage.world, "TEX_SKY").sun_elevation += 0.3
+    bpy.ops.spectral.dial_check()
+    assert dial.changes == "the world was changed, the sun of the sky was changed"
+
+
+def test_a_lamp_for_a_sky_that_is_dark_is_not_applied(stage):
+    """A dark sky has one color, so that the lamp replaced it, unlike in the picture."""
+    _sky(stage.world)
+    dial = stage.spectral.dial
+    dial.storage = "BANDS31"
+    bpy.ops.spectral.dial_record()
+    _turned_to(dial, "Key")
+    bpy.ops.spectral.dial_apply()
+    dial.bulbs["World"].lamp = "HP1"
+    _turned_to(dial, "World")
+    with pytest.raises(RuntimeError, match="shines in several colors.*'HP1' would replace"):
+        bpy.ops.spectral.dial_apply()
+    assert stage.world.spectral.source == "NONE"
+    assert _node(stage.world, "BACKGROUND").inputs["Strength"].default_value == 0
+
+
 def test_a_world_that_the_view_layer_shows_in_place_of_the_scenes_is_dimmed(stage, picture, same_paths):
     shown = stage.world.copy()
     _node(shown, "BACKGROUND").inputs["Color"].default_value = (1.0, 0.2, 0.1, 1.0)

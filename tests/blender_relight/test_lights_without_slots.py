@@ -117,3 +117,79 @@ def test_such_light_stays_where_its_bulb_is_as_recorded(stage, picture, same_pat
     shown = picture()[..., :3].copy()
     assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
     assert np.abs(same_paths()[..., :3] - shown).max() < 1e-5 * shown.max()
+
+
+@pytest.fixture
+def instances(stage):
+    """The names of the bulbs of a light that is shown twice by instances of its collection."""
+
+    def of(name):
+        shown = bpy.data.collections.new("Shown")
+        stage.collection.objects.unlink(bpy.data.objects[name])
+        shown.objects.link(bpy.data.objects[name])
+        for number in range(2):
+            place = linked(f"Place {number}", None, (number, 0, 0))
+            place.instance_type, place.instance_collection = "COLLECTION", shown
+        bpy.context.view_layer.update()
+        assert bpy.ops.spectral.dial_record() == {"FINISHED"}
+        assert {name, f"{name} #2"} <= {bulb.name for bulb in stage.spectral.dial.bulbs}
+        return name, f"{name} #2"
+
+    return of
+
+
+@pytest.mark.parametrize("name", ["Key", "Ball"])
+def test_an_instance_of_a_light_is_as_bright_as_the_light(stage, instances, picture, same_paths, name):
+    """The selector on the bulb of the instance, which keeps its power, made the light and the instance dark."""
+    dial = stage.spectral.dial
+    light, instance = (dial.bulbs[each] for each in instances(name))
+    energy = bpy.data.lights["Key"].energy
+    for bulb in (light, instance):
+        dial.selector, dial.intensity = bulb.place, 1.0
+        with pytest.raises(RuntimeError, match="an instance of a light cannot be dimmed by itself"):
+            bpy.ops.spectral.dial_apply()
+        assert bpy.data.lights["Key"].energy == energy
+    light.place = instance.place
+    dial.selector, dial.intensity = (0.2, 0.1), len(dial.bulbs)
+    assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
+    assert same_paths()[..., :3] == pytest.approx(picture()[..., :3], rel=1e-4, abs=1e-6)
+
+
+def test_an_instance_of_a_lamp_that_apply_made_dark_is_no_change(stage, instances):
+    instances("Key")
+    dial = stage.spectral.dial
+    dial.selector = dial.bulbs["Fill"].place
+    assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
+    assert bpy.data.lights["Key"].energy == 0.0
+    bpy.ops.spectral.dial_check()
+    assert dial.changes == ""
+    bpy.data.objects["Fill"].location.x += 1.0
+    bpy.context.view_layer.update()
+    bpy.ops.spectral.dial_check()
+    assert dial.changes == "light 'Fill' was changed"
+
+
+def test_an_instance_of_a_lamp_has_its_spectrum(stage, instances):
+    dial = stage.spectral.dial
+    dial.storage = "BANDS31"
+    light, instance = (dial.bulbs[each] for each in instances("Key"))
+    dial.selector, dial.intensity = (0.0, 0.0), len(dial.bulbs)
+    light.lamp = "HP1"
+    with pytest.raises(RuntimeError, match="Give both bulbs the same lamp"):
+        bpy.ops.spectral.dial_apply()
+    assert bpy.data.lights["Key"].spectral.catalogue_name != "HP1"
+    instance.lamp = "HP1"
+    assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
+
+
+def test_a_baked_lamp_is_where_the_instance_of_the_lamp_is(stage, instances):
+    """A lamp that only instances of its collection show is not at the place of its own object."""
+    light, instance = (stage.spectral.dial.bulbs[each] for each in instances("Key"))
+    for bulb in stage.spectral.dial.bulbs:
+        bulb.is_on = bulb.name in (light.name, instance.name)
+    bpy.data.objects["Place 0"].location = (0.5, -1.0, 0.25)
+    bpy.context.view_layer.update()
+    assert bpy.ops.spectral.dial_bake() == {"FINISHED"}
+    bpy.context.view_layer.update()
+    made = bpy.data.objects["Dial Light"]
+    assert tuple(made.matrix_world.translation) == pytest.approx((-1.5, -2.0, 3.25))

@@ -3,6 +3,10 @@
 
 from __future__ import annotations
 
+import threading
+import time
+from types import SimpleNamespace
+
 import pytest
 
 pytest.importorskip("bpy")
@@ -10,7 +14,9 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon.editing.dial.as_rendered import AsRendered
-from spectral_core.errors import RenderCancelled
+from blender_addon.operators import dial_record
+from blender_addon.operators.dial_record import _Translating
+from spectral_core.errors import InvalidInputError, RenderCancelled
 
 
 def settings():
@@ -54,6 +60,75 @@ def test_an_undo_while_the_scene_is_read_leaves_its_own_settings(own):
     bpy.ops.ed.undo()
     reading.leave()
     assert settings() == own
+
+
+def test_settings_that_the_artist_changes_while_the_scene_is_read_stay(own):
+    """The engine was set back to that of before, and so were view layers."""
+    reading = AsRendered(bpy.context, at_once=True)
+    scene = bpy.context.scene
+    scene.render.engine, scene.view_layers["Unused"].use = "BLENDER_WORKBENCH", True
+    reading.take()
+    assert settings() == ("BLENDER_WORKBENCH", *own[1:3], [(name, True) for name, _ in own[3]])
+
+
+def moved():
+    bpy.data.objects["Key"].location.x += 1
+
+
+def brightened():
+    bpy.data.lights["Key"].energy *= 3
+
+
+def deleted():
+    bpy.data.objects.remove(bpy.data.objects["Key"])
+
+
+def another_surface():
+    bpy.data.materials[0].node_tree.nodes[0].location.x += 1  # without effect on the picture, which Blender cannot know
+    bpy.data.materials[0].node_tree.update_tag()
+
+
+@pytest.mark.parametrize("edit", [moved, brightened, deleted, another_surface])
+def test_an_edit_after_the_scene_was_read_is_noticed(own, edit):
+    """Record kept the earlier scene with the powers of the present one, which Apply multiplied, and named no change."""
+    bpy.data.objects["Fill"].location.x += 1  # this one is read
+    reading = AsRendered(bpy.context, at_once=True)
+    bpy.context.view_layer.update()
+    assert reading.edited_at is None
+    edit()
+    bpy.context.view_layer.update()
+    assert reading.edited_at is not None
+    reading.leave()
+
+
+def recording_of(scene, edited_at):
+    """The operator Record after it has read a scene that was edited then."""
+    operator = _Translating()
+    operator._uid, operator.stopping = scene.session_uid, threading.Event()
+    operator._asked = SimpleNamespace(is_running=False, edited_at=edited_at)
+    return operator
+
+
+def test_record_reads_an_edited_scene_again_when_the_artist_rests(stage, monkeypatch):
+    again = SimpleNamespace(is_running=False, edited_at=None)
+    monkeypatch.setattr(dial_record, "AsRendered", lambda context, at_once: again)
+    operator = recording_of(stage, time.monotonic())
+    assert not operator.is_prepared() and operator._asked is not again
+    operator._asked.edited_at -= 2 * dial_record.REST_S
+    assert not operator.is_prepared() and operator._asked is again
+    assert operator.is_prepared()
+
+
+def test_record_names_what_an_edit_has_made_impossible(stage, monkeypatch):
+    def refuse(context, at_once):
+        raise InvalidInputError("no camera")
+
+    monkeypatch.setattr(dial_record, "AsRendered", refuse)
+    operator = recording_of(stage, time.monotonic() - 2 * dial_record.REST_S)
+    assert not operator.is_prepared()
+    assert operator.is_prepared()
+    with pytest.raises(InvalidInputError, match="no camera"):
+        operator.read(bpy.context)
 
 
 @pytest.mark.parametrize("copy", [True, False])

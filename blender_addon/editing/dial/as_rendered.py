@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import bpy
-from bpy.types import Context, Scene, ViewLayer
+from bpy.types import Context, Depsgraph, Scene, ViewLayer
 
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
 
@@ -29,6 +30,11 @@ SETTINGS = {"use_compositing": False, "use_sequencer": False, "engine": ENGINE}
 A compositor would write the files of its File Output nodes, and render other scenes; strips would be shown in place of
 the scene. The engine is the last: while the extension is disabled, Blender refuses it.
 """
+SHOWN = (
+    bpy.types.Object, bpy.types.Mesh, bpy.types.Curve, bpy.types.Light, bpy.types.Material, bpy.types.World,
+    bpy.types.Camera, bpy.types.NodeTree, bpy.types.Volume, bpy.types.Collection,
+)  # fmt: skip
+"""Data-blocks that a picture depends on. The dial itself is stored on the scene, which is not among them."""
 SLOT = "Spectral translation"
 """Name of the render slot that receives the empty picture of such a render."""
 
@@ -75,7 +81,7 @@ def _switch(scene: Scene, layer: str) -> Callable[[], None]:
     artist may edit and save meanwhile, and undo steps and files then contain SETTINGS.
     """
     number = scene.session_uid
-    own = {"settings": _state(scene), "layers": {each.name: each.use for each in scene.view_layers}}
+    own = {"settings": _state(scene), "layers": {each.name: each.use for each in scene.view_layers}, "read": layer}
     scene.spectral.render.own_settings = json.dumps(own)
     _set(scene, SETTINGS, {each.name: each.name == layer for each in scene.view_layers})
 
@@ -93,17 +99,22 @@ def _state(scene: Scene) -> dict[str, Any]:
 
 
 def _switch_back(scene: Scene) -> None:
-    """Restore a scene's own settings, if it has those of a translation."""
+    """Restore a scene's own settings, if it has those of a translation; what the artist has set meanwhile stays."""
     stored, scene.spectral.render.own_settings = scene.spectral.render.own_settings, ""
     with suppress(ValueError, TypeError, KeyError, AttributeError):  # a text in a file may be anything
         own = json.loads(stored or "null")
         if own is not None:
-            _set(scene, {name: own["settings"][name] for name in SETTINGS}, own["layers"])
+            before = {name: own["settings"][name] for name in SETTINGS if getattr(scene.render, name) == SETTINGS[name]}
+            read, now = own.get("read"), {each.name: each.use for each in scene.view_layers}
+            switched = [name for name, use in now.items() if read is None or use == (name == read)]
+            _set(scene, before, now | {name: own["layers"].get(name, True) for name in switched})
 
 
 @bpy.app.handlers.persistent
 def _after_exchange(*_: object) -> None:
     """An undo step or a file that was made during a translation is open now, and its scenes have SETTINGS."""
+    if AsRendered._current is not None:
+        AsRendered._current._edited_at = time.monotonic()
     for scene in bpy.data.scenes:
         if scene.spectral.render.own_settings and scene.library is None:
             _switch_back(scene)
@@ -160,6 +171,7 @@ class AsRendered:
 
     _current: ClassVar[AsRendered | None] = None
     """The last one, until it is taken: two that overlap would restore the settings of each other."""
+    _edited_at: float | None = None
 
     def __init__(self, context: Context, *, at_once: bool) -> None:
         if not bpy.app.background and bpy.app.is_job_running("RENDER"):
@@ -176,6 +188,7 @@ class AsRendered:
         self._failed = len(jobs.failures())
         self.layers = _translated[context.scene.session_uid] = Layers.of(context.scene, context.view_layer)
         self._until_taken = ExitStack()
+        context.view_layer.update()  # earlier edits are in the translation
         AsRendered._current = self
         try:
             self._until_taken.callback(_switch(context.scene, self.layers.name))
@@ -195,6 +208,11 @@ class AsRendered:
     def _catch(self, scene: SpectralScene) -> NoReturn:
         self._scenes.append(scene)
         raise RenderCancelled("only the scene was requested")
+
+    @property
+    def edited_at(self) -> float | None:
+        """Time of the last edit, which the scene may not have; None without one, or without a scene."""
+        return self._edited_at if self._scenes else None
 
     @property
     def is_running(self) -> bool:
@@ -248,11 +266,22 @@ def _start_job(name: str) -> None:
         view.render_display_type = chosen
 
 
+@bpy.app.handlers.persistent
+def _after_update(_scene: Scene, depsgraph: Depsgraph) -> None:
+    """Blender has evaluated an edit."""
+    asked = AsRendered._current
+    if asked is None or depsgraph.mode != "VIEWPORT":
+        return
+    if any(isinstance(each.id, SHOWN) for each in depsgraph.updates):
+        asked._edited_at = time.monotonic()
+
+
 HANDLERS = ("undo_post", "redo_post", "load_post")
 
 
 def register() -> None:
-    """Start listening to undo and files."""
+    """Start listening to edits, undo and files."""
+    bpy.app.handlers.depsgraph_update_post.append(_after_update)
     for name in HANDLERS:
         getattr(bpy.app.handlers, name).append(_after_exchange)
 
@@ -261,5 +290,6 @@ def unregister() -> None:
     """Stop listening, and restore the settings of scenes that are read."""
     if AsRendered._current is not None:
         AsRendered._current.leave()
+    bpy.app.handlers.depsgraph_update_post.remove(_after_update)
     for name in HANDLERS:
         getattr(bpy.app.handlers, name).remove(_after_exchange)

@@ -8,7 +8,7 @@ import math
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -20,10 +20,10 @@ from ...translate.scene import translate_scene
 from ...translate.viewport.kept import Unfinished
 from ..deferred import Deferred
 from ..viewport.stages import Stage
-from .as_rendered import first_layer, translated_layers
-from .differences import HIDDEN, told
+from .as_rendered import SHOWN, first_layer, translated_layers
+from .differences import HIDDEN, SUNS, WORLD, told
 from .live import changed, redraw_dial
-from .names import dark_lamps, recorded_names
+from .names import dark_parts, recorded_names
 from .rendered_parts import look_matrix, names_of, rendered_forms, rendered_objects, settings_parts
 
 REST_SECONDS = 1.0
@@ -35,11 +35,6 @@ SHARE_SECONDS = 0.03
 DIGITS = 12
 """Digits of each part's hash: they detect an edit, and can be stored for thousands of objects."""
 EDITED_ELSEWHERE = "The scene was edited since the recording; press Compare to list the changes"
-SHOWN = (
-    bpy.types.Object, bpy.types.Mesh, bpy.types.Curve, bpy.types.Light, bpy.types.Material, bpy.types.World,
-    bpy.types.Camera, bpy.types.NodeTree, bpy.types.Volume, bpy.types.Collection,
-)  # fmt: skip
-"""Data-blocks that a picture depends on. The dial itself is stored on the scene, which is not among them."""
 
 slow_scenes: set[int] = set()
 _shares: dict[int, Shares] = {}
@@ -99,6 +94,8 @@ def read_parts(
     the viewport hides. ``seconds``: raises Unfinished after about so long; ``continues``: True for a call after that.
     ``layer``: name of the view layer; without it that of the last translation. ``names``: other names of lamps.
     """
+    from spectral_core.render.light_groups import is_of_world
+
     view_layer = _view_layer(scene, layer)
     if view_layer.depsgraph is None:
         view_layer.update()  # no window has shown it
@@ -126,10 +123,11 @@ def read_parts(
 
         translated = with_light_names(translated, names)
     parts: dict[str, Any] = {"the camera": translated.camera, "the size of the picture": translated.film.size}
-    parts |= {"the world": translated.world, **settings_parts(scene, view_layer), **rendered_forms(rendered.values())}
+    parts |= {WORLD: translated.world, **settings_parts(scene, view_layer), **rendered_forms(rendered.values())}
+    parts[SUNS] = [replace(each, name="") for each in translated.lights if is_of_world(each)]
     for kind in ("lights", "meshes", "materials", "instances", "volumes"):
         singular = {"meshes": "mesh", "instances": "object"}.get(kind, kind[:-1])
-        parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind)}
+        parts |= {f"{singular} {each.name!r}": each for each in getattr(translated, kind) if not is_of_world(each)}
     unseen = [obj for obj in rendered.values() if not obj.visible_get(view_layer=view_layer)]
     hidden = [name for obj in unseen for name in names_of(obj, names)]
     return Parts(scene.session_uid, view_layer.name, parts, tuple(hidden))
@@ -220,7 +218,7 @@ def compare(scene: Scene, parts: Parts | None = None) -> str:
         return dial.changes
     if time.monotonic() - began > SLOW_SECONDS:
         slow_scenes.add(scene.session_uid)
-    now |= {LAYER: HIDDEN} | {f"light {name!r}": HIDDEN for name in dark_lamps(scene)}
+    now |= {LAYER: HIDDEN} | dict.fromkeys(dark_parts(scene, recorded), HIDDEN)
     shown = {f"light {before!r}": f"light {name!r}" for name, before in names.items()}
     dial.changes = told(*({shown.get(name, name): each[name] for name in each} for each in (recorded, now)))
     return dial.changes

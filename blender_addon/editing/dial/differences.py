@@ -10,12 +10,16 @@ from .rendered_parts import FILM, FORM, SETTINGS
 
 HIDDEN = "hidden"
 """Value in place of the hash of a part that is rendered but hidden in the viewport, so that it cannot be compared."""
+WORLD, SUNS = "the world", "the sun of the sky"
+"""Parts that every scene has. A dark sky has no sun, so that its suns are one part, which may be empty."""
 NAMED = 3
 """Changed parts that are named; others are counted."""
 
 
 def _fill_up(recorded: dict[str, str], now: dict[str, str]) -> None:
     """Let forms that were added or removed count as changed; a recording of an earlier version has no such parts."""
+    if SUNS not in recorded:
+        now.pop(SUNS, None)
     if FILM not in recorded:
         for name in [name for name in now if name in SETTINGS or name.startswith(FORM)]:
             del now[name]
@@ -40,10 +44,10 @@ def world_varies(parts: Mapping[str, Any]) -> bool:
     """True if the world of a scene's parts shines in several colors: an image, a pattern, a sky, or another color for
     the camera.
     """
-    from spectral_core.render.light_groups import has_several_colors, is_of_world
+    from spectral_core.render.light_groups import has_several_colors
     from spectral_core.scene import Color
     from spectral_core.spectra.spectrum import Spectrum
 
-    world = parts["the world"]
-    has_sun = any(is_of_world(each) for each in parts.values())
-    return has_sun or has_several_colors(world) or not all(isinstance(p.color, Color | Spectrum) for p in world.parts)
+    world = parts[WORLD]
+    is_plain = all(isinstance(p.color, Color | Spectrum) for p in world.parts)
+    return bool(parts[SUNS]) or has_several_colors(world) or not is_plain

@@ -15,7 +15,7 @@ from spectral_core.errors import InvalidInputError
 
 from ... import compat
 from .members import SEALED, dimmer_name, strength_sockets
-from .names import name_of
+from .names import name_of, without_number
 
 ROUNDING = 1e-6
 """Factors this near to 1 are those of the recording."""
@@ -56,6 +56,20 @@ def dark_lamps_lit(bulbs: Iterable[PropertyGroup]) -> Iterator[None]:
         raise
 
 
+@contextmanager
+def dark_worlds_lit(bulbs: Iterable[PropertyGroup]) -> Iterator[None]:
+    """Within it worlds that the dial made dark have their last strength: a dark one has no colors."""
+    found = [(kept, bulb.lit) for bulb in bulbs if bulb.is_dark for kept in bulb.members]
+    dark = [(k, lit) for k, lit in found if isinstance(k.owner, bpy.types.World) and k.socket != SEALED]
+    for kept, lit in dark:
+        _write(kept, kept.base * lit)
+    try:
+        yield
+    finally:
+        for kept, _ in dark:
+            _write(kept, 0.0)
+
+
 def _dims(weight: float) -> bool:
     """True if a factor is not that of the recording; at the center of the dial it is 1 within rounding."""
     return abs(weight - 1.0) > ROUNDING
@@ -63,13 +77,7 @@ def _dims(weight: float) -> bool:
 
 def require_writable(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | np.ndarray) -> None:
     """Raise InvalidInputError if lights of bulbs cannot have these weights."""
-    for bulb, weight in zip(bulbs, weights, strict=True):
-        if not len(bulb.members) and _dims(weight):
-            raise InvalidInputError(
-                f"no light of this scene is known as {name_of(bulb)!r}: an instance of a light, or the emission of a "
-                "view layer's material override, cannot be dimmed by itself. Make it real, or give it a light group "
-                "with the others"
-            )
+    _require_like_originals(bulbs, weights)
     for bulb, weight in zip(bulbs, weights, strict=True):
         for kept in bulb.members:
             block = _require_writable(bulb, kept)
@@ -81,6 +89,35 @@ def require_writable(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | 
                     f"{block.name!r} emits light in its node {kept.node!r}, a node group or Volume Coefficients, which "
                     f"cannot be dimmed; ungroup the node, or leave {name_of(bulb)!r} at its recorded brightness"
                 )
+
+
+def _require_like_originals(bulbs: Sequence[PropertyGroup], weights: Sequence[float] | np.ndarray) -> None:
+    """Raise InvalidInputError if a bulb that has no light of its own is not as bright as Apply would leave it."""
+    weight_of = {bulb.name: float(weight) for bulb, weight in zip(bulbs, weights, strict=True)}
+    for bulb in bulbs:
+        if len(bulb.members):
+            continue
+        original = original_of(bulb, bulbs)
+        wanted = 1.0 if original is None else weight_of[original.name]
+        if abs(weight_of[bulb.name] - wanted) <= ROUNDING * max(1.0, abs(wanted)):
+            continue
+        if original is not None:
+            raise InvalidInputError(
+                f"{bulb.name!r} is an instance of {name_of(original)!r}, and an instance of a light cannot be dimmed "
+                f"by itself: it is as bright as the light. The dial has the factors {weight_of[bulb.name]:.3g} and "
+                f"{wanted:.3g}. Make it real and record again, or place the two bulbs at the same position"
+            )
+        raise InvalidInputError(
+            f"no light of this scene is known as {name_of(bulb)!r}: an instance of a light, or the emission of a "
+            "view layer's material override, cannot be dimmed by itself. Make it real, or give it a light group "
+            "with the others"
+        )
+
+
+def original_of(bulb: PropertyGroup, bulbs: Iterable[PropertyGroup]) -> PropertyGroup | None:
+    """The bulb of the light of which a bulb without members is an instance; None if there is none."""
+    name = without_number(bulb.name)
+    return next((each for each in bulbs if each.name == name and each != bulb), None)
 
 
 def _of_no_strength(bulb: PropertyGroup, block: ID) -> str:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 
 import bpy
 from bpy.types import PropertyGroup, Scene, bpy_prop_collection
@@ -25,14 +26,19 @@ def recorded_names(scene: Scene) -> dict[str, str]:
     return found
 
 
-def dark_lamps(scene: Scene) -> list[str]:
-    """Names in the recording of the lamps that the dial has made dark, which are not in the scene until it lights them
-    again.
+def dark_parts(scene: Scene, recorded: Iterable[str]) -> list[str]:
+    """Names of the recorded parts that are lamps that the dial has made dark, or instances of them, which are not in
+    the scene until it lights them again.
     """
-    members = [kept for bulb in scene.spectral.dial.bulbs if bulb.is_dark for kept in bulb.members]
-    return [
-        kept.name or kept.owner.name_full for kept in members if _is_lamp(kept.owner) and kept.owner.data.energy == 0
-    ]
+    members = [(bulb, kept) for bulb in scene.spectral.dial.bulbs for kept in bulb.members if _is_lamp(kept.owner)]
+    dark = {_light_part(kept) for bulb, kept in members if bulb.is_dark and kept.owner.data.energy == 0}
+    others = {_light_part(kept) for _, kept in members} - dark
+    return [name for name in recorded if name not in others and without_number(name[:-1]) + name[-1:] in dark]
+
+
+def without_number(name: str) -> str:
+    """The name of the object of which another one is an instance: translations number instances (``Key #2``)."""
+    return re.sub(r"( #\d+)+$", "", name)
 
 
 def present_names(names: Mapping[str, str]) -> dict[str, str]:
@@ -68,6 +74,10 @@ def match_bulbs(bulbs: bpy_prop_collection, groups: Sequence[str]) -> bool:
     for group in groups:
         bulbs.add().name = group
     return True
+
+
+def _light_part(kept: PropertyGroup) -> str:
+    return f"light {(kept.name or kept.owner.name_full)!r}"
 
 
 def _is_lamp(owner: object) -> bool:

@@ -59,21 +59,38 @@ def write_pixels(scene: Scene, pixels: NDArray[np.float32], path: Path) -> None:
         # Image.save of Blender 5 encodes an image that no file holds as sRGB, and only its own attribute tells
         write_exr_with_alpha(path, pixels[::-1])
         return
+    if scene.render.image_settings.color_mode == "BW":
+        pixels = _gray(pixels)
     image = new_picture("spectral picture to save", pixels.shape[1], pixels.shape[0])
     try:
         image.pixels.foreach_set(np.ascontiguousarray(pixels).reshape(-1))
-        write_picture(scene, image, path)
+        _write_png(scene, image, path)
     finally:
         bpy.data.images.remove(image)
 
 
 def write_picture(scene: Scene, image: Image, path: Path) -> None:
     """Write an image. Raises FileWriteError."""
-    if path.suffix.lower() == ".exr":
+    if path.suffix.lower() == ".exr" or scene.render.image_settings.color_mode == "BW":
         pixels = np.empty((image.size[1], image.size[0], 4), np.float32)
         image.pixels.foreach_get(pixels.reshape(-1))
         write_pixels(scene, pixels, path)
-        return
+    else:
+        _write_png(scene, image, path)
+
+
+def _gray(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear pixels of the same luminance. Blender makes a render gray before its view transform, but an image after
+    it, which is darker in saturated colors.
+    """
+    from spectral_core.spectra.color import luminance_from_linear_rgb
+
+    made = pixels.copy()
+    made[..., :3] = luminance_from_linear_rgb(pixels[..., :3])[..., None]
+    return made
+
+
+def _write_png(scene: Scene, image: Image, path: Path) -> None:
     chosen = scene.render.image_settings.color_mode
     try:
         with (

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import bpy
 from bpy.types import Context, Scene
 
-from spectral_core.errors import SpectralError
+from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.files.whole import make_folder
 
 from ... import jobs
 from ...translate.dial import storage_of
@@ -26,6 +27,7 @@ from .names import present_names, recorded_names
 if TYPE_CHECKING:
     from spectral_core.render import Progress
     from spectral_core.render.relight.groups import Fingerprint
+    from spectral_core.render.relight.mix import LiveMix
     from spectral_core.render.relight.transport import Transport
     from spectral_core.render.relight.view_transform import ViewTransform
     from spectral_core.scene import Note
@@ -121,6 +123,20 @@ class Recording:
         self.again = tuple(present.get(name, name) for name in self.again)
         return replace(transport, groups=tuple(present.get(name, name) for name in transport.groups))
 
+    def require_grouping(self, transport: Transport) -> None:
+        """Raise InvalidInputError if a transport of this scene has other light groups."""
+        from spectral_core.render.light_groups import group_text, light_groups
+        from spectral_core.render.relight.groups import one_group_per_light
+
+        # volumes that emit light are in groups, too, and no member of a bulb writes their strength
+        known = light_groups(one_group_per_light(self.scene) if self.one_per_light else self.scene)
+        if set(transport.groups) - set(known):
+            other = "off" if self.one_per_light else "on"
+            raise InvalidInputError(
+                f"the file has light groups {', '.join(map(group_text, transport.groups))}; this scene has "
+                f"{', '.join(map(group_text, sorted(known)))}. Was it recorded with One per Light {other}?"
+            )
+
     @property
     def told(self) -> str:
         """Message about a recording that does not cover everything."""
@@ -133,6 +149,28 @@ class Recording:
 
     def _note(self, progress: Progress) -> None:
         self.progress, self.left_s = progress.samples / progress.total, progress.left_s
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What the thread hands back. ``path``: of the file; ``unsaved``: the error if it could not be written."""
+
+    mix: LiveMix
+    path: Path
+    unsaved: Exception | None
+
+
+def recorded_in_file(recording: Recording) -> Recorded:
+    """Render, and write the file. A recording that could not be written is kept: it may have taken hours."""
+    from spectral_core.render.relight.transport_file import write_transport
+
+    transport, path, unsaved = recording.run(), recording.path, None
+    try:
+        make_folder(path.parent)
+        write_transport(path, transport, only_over_transports=True)  # the path may come from a downloaded .blend
+    except (SpectralError, OSError) as error:
+        unsaved = error
+    return Recorded(kept_mix.mix_of(transport), path, unsaved)
 
 
 def told(notes: Sequence[Note]) -> str:
