@@ -193,9 +193,9 @@ class UnitLit:
             ]
             none = mi.Spectrum(place.t * 0.0)
             reflected = sum((part for part, lit in zip(parts, self.lit, strict=True) if lit), none)
-            glow = [sum((part for part, lit in zip(parts, self.lit, strict=True) if not lit), none)]
+            own = [sum((part for part, lit in zip(parts, self.lit, strict=True) if not lit), none)]
             arriving = [self._arriving(group, place, surface, active, first) for group in self.groups]
-            gained = glow[: self.count - len(self.groups)] + [reflected * each for each in arriving]
+            gained = own[: self.count - len(self.groups)] + [reflected * each for each in arriving]
             return [whole + each for whole, each in zip(light, gained, strict=True)], sampler
 
         return shade
