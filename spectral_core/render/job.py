@@ -168,19 +168,21 @@ class RenderJob:
         if not self.scene.volumes:
             return dict.fromkeys(names, surface)
 
-        def load(own_light: bool) -> Any:
+        def load(like: Any = None) -> Any:
             return volume_integrator(
                 self._mitsuba,
                 self.scene,
                 surface,
                 max_depth=self.plan.bounces + 2,
                 spectral=self.plan.is_spectral,
-                own_light=own_light,
+                own_light=like is None,
                 loaded=self._loaded.scene,
+                like=like,
             )
 
         first, *others = names
-        return {first: load(True)} | (dict.fromkeys(others, load(False)) if others else {})
+        whole = load()
+        return {first: whole} | (dict.fromkeys(others, load(whole)) if others else {})
 
     def _surface_integrator(self) -> Any:
         """The integrator for light between surfaces and in media."""

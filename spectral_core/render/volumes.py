@@ -35,12 +35,13 @@ def volume_integrator(
     spectral: bool,
     own_light: bool = True,
     loaded: Any = None,
+    like: Any = None,
 ) -> Any:
     """The integrator for the volumes of ``scene`` in front of and among surfaces; ``surface`` integrates their light.
 
     Steps are chosen for the scene's camera and, where lamps light the volumes, for the lights of ``loaded``, the scene
     in Mitsuba. ``own_light`` False omits light that does not come from the scene's lights, so that the shares of light
-    groups add up to the picture.
+    groups add up to the picture; such an integrator takes the steps of the one that it is ``like``.
     """
     register_integrator()
     lighting = max((require_lighting(volume) for volume in scene.volumes), key=LIGHTING.index)
@@ -60,7 +61,10 @@ def volume_integrator(
     finally:
         for handle in description["handles"].split(","):
             release(handle)
-    integrator.fields.prepare(view_of(scene.camera, scene.film), loaded)
+    if like is None:
+        integrator.fields.prepare(view_of(scene.camera, scene.film), loaded)
+    else:
+        integrator.fields.take_steps(like.fields)
     return integrator
 
 

@@ -31,7 +31,7 @@ from spectral_core.volume.pilot_places import (
     on_device,
     places_with,
 )
-from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db
+from spectral_core.volume.pilot_reference import limited_by_rounding, refined_reference, snr_db, worst
 from spectral_core.volume.pilot_trials import (
     RAY,
     Trial,
@@ -102,7 +102,7 @@ class Pilot:
         before: Pilot | None = None,
     ) -> None:
         self.renderer, self.view, self.transfer, self.quality_db = renderer, view, transfer, quality_db
-        self.palette = renderer.palette(transfer)
+        self.palette, self.parts = renderer.palette(transfer), renderer.parts
         self.places: Places = places_with(view, renderer.shown_corners(transfer), count, single)
         x, y, self.is_whole = self.places.x, self.places.y, self.places.is_whole
         self.count, self._quadrature = self.places.sampled, quadratures_of(transfer.uses_gradient)[-1]
@@ -114,9 +114,9 @@ class Pilot:
             keeps = count <= PILOT_RAYS
             self._sets.append(RaySet(renderer, view, transfer, x[known:], y[known:], keeps=keeps, first=first))
         self._tried: dict[Stepping, Trial] = {}
-        made = refined_reference(self._referred(0), self._quadrature, quality_db + 6.0)
+        made = refined_reference(self._referred(0), self._quadrature, quality_db + 6.0, self.parts)
         for rounding, (_, less_db) in enumerate(self._sets[0].roundings[1:], 1):
-            made = limited_by_rounding(made, self._referred(rounding), self._quadrature, less_db)
+            made = limited_by_rounding(made, self._referred(rounding), self._quadrature, less_db, self.parts)
         self.reference, self.reference_db, self.reference_scale = made.colors, made.snr_db, made.scale
         self.is_rounded = made.is_rounded
 
@@ -126,10 +126,14 @@ class Pilot:
     @property
     def signal_spread(self) -> float:
         """Standard error of the picture's energy, relative to it: large where a sample meets a few bright pixels."""
-        energies = np.sum(self.reference**2, axis=-1)
-        if self.is_whole or not energies.any():
+        if self.is_whole:
             return 0.0
-        return float(np.sqrt(np.sum(energies[: self.count] ** 2)) / np.sum(energies))
+        return max(self._spread(part) for part in np.split(self.reference, self.parts, axis=-1))
+
+    def _spread(self, colors: Array) -> float:
+        """Standard error of the sum of the colors' energies, relative to it: a sum of unequal independent terms."""
+        energies = np.sum(colors**2, axis=-1)
+        return float(np.sqrt(np.sum(energies[: self.count] ** 2)) / np.sum(energies)) if energies.any() else 0.0
 
     @property
     def opacity(self) -> float:
@@ -192,14 +196,13 @@ class Pilot:
         """March the pilot rays with ``stepping``; each stepping once."""
         if stepping not in self._tried:
             colors, samples, steps = self._march(stepping)
-            energies = np.sum((colors - self.reference) ** 2, axis=-1)
-            against = snr_db(self.reference, colors - self.reference)
+            signal, error = worst(self.reference, colors - self.reference, self.parts)
+            against = snr_db(signal, error)
             # An error below that of the reference cannot be measured.
             is_bound = math.isfinite(self.reference_db) and against >= self.reference_db
             snr = self.reference_db if is_bound else against
-            # Standard error of a sum of unequal independent terms. Over all pixels, or single ones, the sum is exact.
-            known = self.is_whole or not energies.any()
-            spread = 0.0 if known else float(np.sqrt(np.sum(energies[: self.count] ** 2)) / np.sum(energies))
+            # Over all pixels, or single ones, the sum is exact.
+            spread = 0.0 if self.is_whole else self._spread(error)
             begin = RAY + _FIRST_VALUE * (stepping.quadrature == "preintegrated")
             iteration = self._iteration(stepping)
             self._tried[stepping] = Trial(stepping, snr, samples, steps, spread, iteration, is_bound, begin)

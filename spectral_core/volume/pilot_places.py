@@ -44,6 +44,10 @@ class RayTracer(Rounded, Protocol):
     def sight(self) -> RayTracer:
         """The tracer of the rays that look at every pixel for what a march misses."""
 
+    @property
+    def parts(self) -> int:
+        """Number of pictures, of which the channels of ``palette`` have equal shares; each has the wanted quality."""
+
     def palette(self, transfer: TransferFunction) -> Array:
         """Color (n, channels) of each of the n amounts that ``trace`` returns."""
 

@@ -62,7 +62,7 @@ class _Halved:
         return self.agreed_db + 20.0 * math.log10(ratio - 1.0)
 
 
-def refined_reference(march: March, quadrature: Quadrature, agreement_db: float) -> Reference:
+def refined_reference(march: March, quadrature: Quadrature, agreement_db: float, parts: int = 1) -> Reference:
     """March until the steps are fine enough for an error clearly below ``agreement_db``.
 
     Steps of the error rule are halved until two marches agree, and uniform steps of a sixteenth of a voxel have to
@@ -78,19 +78,23 @@ def refined_reference(march: March, quadrature: Quadrature, agreement_db: float)
         The quadrature of all marches.
     agreement_db
         SNR of one march against the next at which they agree.
+    parts
+        Number of pictures in the colors, each of which has to agree.
     """
-    adaptive = _halved(march, Stepping("error", quadrature, _COARSEST), _FINEST, agreement_db)
+    adaptive = _halved(march, Stepping("error", quadrature, _COARSEST), _FINEST, agreement_db, parts)
     first = Stepping("uniform", quadrature, _EVEN)
     # The errors of two marches by uniform steps have the same sign, so that their difference looks smaller than either
     # error: these marches must agree better.
-    even = _halved(march, first, REFERENCE.shortest_step, agreement_db + _DISTANCE_DB, adaptive)
+    even = _halved(march, first, REFERENCE.shortest_step, agreement_db + _DISTANCE_DB, parts, adaptive)
     own = even.own_db
     own = min(own, _SINGLE) if math.isfinite(own) else own
     assert even.first is not None
     return Reference(even.colors, own, min(adaptive.scale, even.scale), even.first)
 
 
-def limited_by_rounding(made: Reference, beside: March, quadrature: Quadrature, smaller_db: float) -> Reference:
+def limited_by_rounding(
+    made: Reference, beside: March, quadrature: Quadrature, smaller_db: float, parts: int = 1
+) -> Reference:
     """The reference with its SNR at most that of single precision for its rays.
 
     Parameters
@@ -103,12 +107,16 @@ def limited_by_rounding(made: Reference, beside: March, quadrature: Quadrature, 
         That of the reference.
     smaller_db
         dB by which rounding changes the colors less than the way to the rays beside.
+    parts
+        Number of pictures in the colors.
     """
-    rounded = snr_db(made.first, beside(Stepping("uniform", quadrature, _EVEN)) - made.first) + smaller_db
+    rounded = snr_db(made.first, beside(Stepping("uniform", quadrature, _EVEN)) - made.first, parts) + smaller_db
     return made if rounded >= made.snr_db else replace(made, snr_db=rounded, is_rounded=True)
 
 
-def _halved(march: March, way: Stepping, last: float, wanted_db: float, before: _Halved | None = None) -> _Halved:
+def _halved(
+    march: March, way: Stepping, last: float, wanted_db: float, parts: int, before: _Halved | None = None
+) -> _Halved:
     """The march whose steps are halved, from ``way`` down to ``last``, until it agrees with the one before.
 
     Each halving doubles the number of roundings. So if the agreement of fine steps falls from one halving to the next,
@@ -119,7 +127,7 @@ def _halved(march: March, way: Stepping, last: float, wanted_db: float, before: 
     while True:
         colors = march(way)
         first = colors if first is None else first
-        agreed = -math.inf if before is None else snr_db(colors, before.colors - colors)
+        agreed = -math.inf if before is None else snr_db(colors, before.colors - colors, parts)
         before = _Halved(colors, way.scale, agreed)
         marches.append(before)
         fallen = [_ROUNDING_DB < b.agreed_db < a.agreed_db for a, b in pairwise(marches)]
@@ -133,7 +141,20 @@ def _halved(march: March, way: Stepping, last: float, wanted_db: float, before: 
     return replace(marches[-1], gain_db=gain, first=first)
 
 
-def snr_db(signal: Array, error: Array) -> float:
-    """10·log10 of signal over error energy; infinite without error."""
+def snr_db(signal: Array, error: Array, parts: int = 1) -> float:
+    """10·log10 of signal over error energy; infinite without error. Of several ``parts``, the least, see ``worst``."""
+    signal, error = worst(signal, error, parts)
     noise, energy = float(np.sum(error**2)), float(np.sum(signal**2))
     return math.inf if noise == 0 else -math.inf if energy == 0 else 10.0 * math.log10(energy / noise)
+
+
+def worst(signal: Array, error: Array, parts: int) -> tuple[Array, Array]:
+    """The columns of the part of greatest error energy relative to its signal; dark parts do not count.
+
+    ``signal`` and ``error`` are (rays, columns), and each part has as many columns.
+    """
+    if parts == 1:
+        return signal, error
+    halves = zip(np.split(signal, parts, axis=-1), np.split(error, parts, axis=-1), strict=True)
+    lit = [(one, other) for one, other in halves if one.any()]
+    return max(lit, key=lambda part: np.sum(part[1] ** 2) / np.sum(part[0] ** 2), default=(signal, error))

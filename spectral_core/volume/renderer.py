@@ -134,6 +134,11 @@ class VolumeRenderer:
         """Itself: these rays also look at every pixel for what a march misses."""
         return self
 
+    @property
+    def parts(self) -> int:
+        """One picture."""
+        return 1
+
     def palette(self, transfer: TransferFunction) -> NDArray[np.float64]:
         """Color (K, channels) of each material, by which the amounts of ``trace`` become a picture."""
         return palette_matrix(transfer)

@@ -31,7 +31,7 @@ class Law:
         self.order, self.size, self.share, self.floor = order, size, share, floor
         self.calls: list[tuple[Stepping, Any]] = []
 
-    rounding = 0.0
+    rounding, parts = 0.0, 1
 
     @property
     def sight(self) -> Law:

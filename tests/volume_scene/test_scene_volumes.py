@@ -242,7 +242,7 @@ def test_notes_name_volumes_whose_quality_is_not_reached_or_does_not_count_shado
 def test_pilot_rays_see_the_shadows_of_a_few_lamps(lamps, sky, expected):
     import mitsuba as mi
 
-    from spectral_core.volume.mitsuba_integrator.lit_rays import sees_shadows
+    from spectral_core.volume.mitsuba_integrator.unit_light import sees_shadows
 
     mi.set_variant("llvm_ad_rgb")
     things = {f"lamp{number}": {"type": "point", "position": [number, 0, 5]} for number in range(lamps)}

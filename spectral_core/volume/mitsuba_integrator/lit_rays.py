@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,28 +17,26 @@ from spectral_core.volume.march.loop import march
 from spectral_core.volume.march.march_input import Limits, MarchInput
 from spectral_core.volume.march.path import FieldPath, Path, Placed, WorldRay
 from spectral_core.volume.mitsuba_integrator.scene_colors import SceneColors
-from spectral_core.volume.mitsuba_integrator.scene_light import Draws, Lit
+from spectral_core.volume.mitsuba_integrator.unit_light import UnitLit, flat_spectra, pilot_wavelengths
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 
-_MOST_DRAWS = 32  # of emitters per ray: under a sky their mean light errs by hardly more than that of the whole sky
-_MOST_SHADOWS = 3  # lamps to which each step of a pilot ray marches; more, or a sky, would take minutes
 _ACROSS, _DOWN = 0.7548776662466927, 0.5698402909980532  # multiples of which are distributed evenly over a square
 
 
 class LitRays:
     """The rays of a renderer, lit by the emitters of a Mitsuba scene.
 
-    A ray sees the same emitters in every step and every march: which ones, its pixel decides. So a march differs from
-    its reference by its steps alone.
+    A ray sees the same places of the same emitters in every step and every march: which ones, its pixel decides. So a
+    march differs from its reference by its steps alone.
 
     Parameters
     ----------
     renderer
         That of the field, in Mitsuba's variant.
     light
-        The light of the scene, still without a field, colors and random numbers.
+        The light of the scene's emitters.
     colors
         Those of the field's materials.
     placed
@@ -47,12 +44,11 @@ class LitRays:
     """
 
     def __init__(
-        self, renderer: VolumeRenderer, light: Lit, colors: SceneColors, placed: Callable[[MarchInput], Placed]
+        self, renderer: VolumeRenderer, light: UnitLit, colors: SceneColors, placed: Callable[[MarchInput], Placed]
     ) -> None:
         self._renderer, self._light, self._colors, self._placed = renderer, light, colors, placed
         self.volume: ScalarVolume = renderer.volume
         self.types, self.rounding = renderer.types, renderer.rounding
-        self._draws = draws_of(light.scene, shadows=light.settings.shadows)
         matrix = self.volume.world_from_index
         self._rows = [opaque_doubles(self.types, row) for row in matrix[:3, :3]]
         self._offset = opaque_doubles(self.types, matrix[:3, 3])
@@ -70,11 +66,19 @@ class LitRays:
         """Rays of even light: what a step misses is missed under any light, and they take less time."""
         return self._renderer
 
-    def palette(self, transfer: TransferFunction) -> NDArray[np.float64]:
-        """Amounts are the channels of the light itself."""
+    @property
+    def parts(self) -> int:
+        """A picture for each channel of each group of emitters, and of materials that emit light.
+
+        A lamp may have any color, so that a channel alone has the wanted quality.
+        """
         import mitsuba as mi
 
-        return np.eye(len(mi.Spectrum(0.0)))
+        return self._light.count * len(mi.Spectrum(0.0))
+
+    def palette(self, transfer: TransferFunction) -> NDArray[np.float64]:
+        """Amounts are the channels of the light itself."""
+        return np.eye(self.parts)
 
     def trace(
         self,
@@ -84,7 +88,9 @@ class LitRays:
         pixels: tuple[Any, Any],
         limits: Limits,
     ) -> list[NDArray[Any]]:
-        """The channels of the light along the rays through ``pixels``, the transmittance, samples and iterations."""
+        """The channels of each part of the light along the rays through ``pixels``, the transmittance, samples and
+        iterations.
+        """
         import drjit as dr
         import mitsuba as mi
 
@@ -92,15 +98,13 @@ class LitRays:
         rays = self._renderer.rays(view, pixels, data.grid)
         path = Path((FieldPath(data, rays),), rays.length, rays.world, rays.length * 0.0)
         numbers = self._numbers(pixels)
-        seen = SimpleNamespace(time=mi.Float(0.0), wavelengths=self._wavelengths(numbers[0]))
-        light = replace(
-            self._light,
-            volumes=[self._placed(data)],
-            colors=self._colors.at(seen.wavelengths),
-            draws=Draws(numbers, self._draws),
-        )
-        out = march(path, counts=True, shade=light.shade(self._in_world(rays), seen), light=mi.Spectrum(0.0))
-        channels = [*out.light, out.transmittance, out.samples, out.steps]
+        seen = SimpleNamespace(time=mi.Float(0.0), wavelengths=pilot_wavelengths())
+        colors = self._colors.at(seen.wavelengths)
+        shade = self._light.shade(self._in_world(rays), seen, self._placed(data), colors, numbers)
+        none = [mi.Spectrum(rays.length * 0.0) for _ in range(self._light.count)]
+        with flat_spectra(self._light.scene):
+            out = march(path, counts=True, shade=shade, light=none)
+        channels = [*(each for part in out.light for each in part), out.transmittance, out.samples, out.steps]
         dr.eval(channels)
         return [channel.numpy() for channel in channels]
 
@@ -123,27 +127,3 @@ class LitRays:
         x, y = (dr.floor(self.types.Float64(each)) for each in pixels)
         first, second = _ACROSS * x + _DOWN * y, _DOWN * x + _ACROSS * y + 0.5
         return tuple(self.types.Float(each - dr.floor(each)) for each in (first, second))
-
-    @staticmethod
-    def _wavelengths(number: Any) -> Any:
-        import mitsuba as mi
-
-        return mi.sample_rgb_spectrum(mi.sample_shifted(number))[0] if mi.is_spectral else []
-
-
-def draws_of(scene: Any, *, shadows: bool) -> int:
-    """Random numbers per ray at which its emitters are seen: as many as there are, if they have no extent.
-
-    With ``shadows``, which take a march to the emitter each, lamps of any size are seen at one place.
-    """
-    import mitsuba as mi
-
-    emitters = scene.emitters()
-    exact = shadows or all(mi.has_flag(each.flags(), mi.EmitterFlags.Delta) for each in emitters)
-    return min(len(emitters), _MOST_DRAWS) if exact else _MOST_DRAWS
-
-
-def sees_shadows(scene: Any) -> bool:
-    """True if pilot rays can afford shadows: under a few lamps, without a sky."""
-    emitters = scene.emitters()
-    return len(emitters) <= _MOST_SHADOWS and not any(each.is_environment() for each in emitters)

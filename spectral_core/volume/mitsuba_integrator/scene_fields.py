@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,10 +14,10 @@ from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.device import opaque_doubles
 from spectral_core.volume.march.march_input import MarchInput
 from spectral_core.volume.march.path import Placed
-from spectral_core.volume.mitsuba_integrator.lit_rays import LitRays, sees_shadows
+from spectral_core.volume.mitsuba_integrator.lit_rays import LitRays
 from spectral_core.volume.mitsuba_integrator.scene_colors import SceneColors
-from spectral_core.volume.mitsuba_integrator.scene_light import Lit
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, VolumeSettings
+from spectral_core.volume.mitsuba_integrator.unit_light import UnitLit, emitter_groups, sees_shadows
 from spectral_core.volume.pilot_places import RayTracer
 from spectral_core.volume.plan import Plan, plan
 from spectral_core.volume.renderer import VolumeRenderer
@@ -81,7 +80,8 @@ class SceneFields:
     def prepare(self, view: View | None, scene: Any = None) -> None:
         """Choose steps (for ``view``, else for one around each field) and put everything on the device.
 
-        With ``shading``, the pilot rays are lit by the emitters of Mitsuba's ``scene``; without it they see even light.
+        With ``shading``, the pilot rays are lit by the emitters of Mitsuba's ``scene``, each at one strength and one
+        spectrum, so that other ones have the same steps; without it they see even light.
         """
         key = None if view is None else view.key
         if key not in self._kept:
@@ -89,6 +89,13 @@ class SceneFields:
                 self._kept.pop(next(iter(self._kept)))
             self._kept[key] = self._prepared(view, scene if self.settings.shading else None)
         self.plans, self.placed = self._kept[key]
+
+    def take_steps(self, other: SceneFields) -> None:
+        """The steps of other fields of the same data and functions, whose colors may differ."""
+        for key, (plans, _) in other._kept.items():
+            self._kept[key] = plans, [self._place(number, made) for number, made in enumerate(plans)]
+            self.plans, self.placed = self._kept[key]
+        self.shadows_planned = other.shadows_planned
 
     def _prepared(self, view: View | None, scene: Any) -> tuple[tuple[Plan | None, ...], list[Placed]]:
         numbers = range(len(self.items))
@@ -133,9 +140,11 @@ class SceneFields:
 
         lit = [material.lit for material in item.transfer.materials]
         if scene is not None and len(scene.emitters()) > 0 and item.in_camera and any(lit):
-            light = Lit(scene, [], occluders or [], [], lit, replace(wanted, shadows=self.shadows_planned))
+            shadows = self.shadows_planned
+            groups = emitter_groups(scene, item.volume, shadows=shadows)
+            light = UnitLit(scene, groups, occluders or [], lit, shadows)
             made = planned(LitRays(renderer, light, self.colors[number], lambda data: self._in_world(number, data)))
-            # Without an error there may be no light, which a lamp may give later.
+            # Without an error no emitter may reach the field.
             if math.isfinite(made.estimate_db):
                 return made
         return planned(renderer)

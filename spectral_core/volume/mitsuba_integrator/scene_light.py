@@ -11,9 +11,6 @@ from spectral_core.volume.march.loop import Shade, Shown, march
 from spectral_core.volume.march.path import Placed, WorldRay, path_through
 from spectral_core.volume.mitsuba_integrator.settings import VolumeSettings
 
-_TURN = 0.6180339887498949  # of which no few multiples are near each other, modulo 1
-_LARGEST = 1.0 - 2.0**-24  # below 1, as random numbers are
-
 
 def transmittance(volumes: list[Placed], ray: WorldRay) -> Any:
     """Transmittance of fields between the ray's origin and its end; 1 without a field."""
@@ -33,30 +30,12 @@ def way_to(lamp: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Draws:
-    """``count`` pairs of random numbers of each ray, evenly distributed from a ``first`` pair of its own."""
-
-    first: tuple[Any, Any]
-    count: int
-
-    def at(self, number: Any) -> Any:
-        """Pair of a number below ``count``, as Mitsuba's Point2f."""
-        import drjit as dr
-        import mitsuba as mi
-
-        share = mi.Float(number)
-        moved = [each + share * step for each, step in zip(self.first, (1.0 / self.count, _TURN), strict=True)]
-        return mi.Point2f(*(dr.minimum(each - dr.floor(each), _LARGEST) for each in moved))
-
-
-@dataclass(frozen=True)
 class Lit:
     """Shading of lit materials by the scene's emitters: Lambert on both sides of the isosurface through a sample.
 
     Where the gradient vanishes there is no surface, and light scatters evenly in all directions. One emitter is sampled
     per step; ``shadows``: True to test for surfaces, or ``occluders`` among the fields, in between. ``colors`` and
-    ``lit`` are per material. With ``draws``, each step has the mean light of the emitters that these choose, so that
-    it is the same in every march of a ray.
+    ``lit`` are per material.
     """
 
     scene: Any
@@ -65,7 +44,6 @@ class Lit:
     colors: list[Any]
     lit: list[bool]
     settings: VolumeSettings
-    draws: Draws | None = None
 
     def shade(self, line: WorldRay, ray: Any) -> Shade:
         """The function that the march calls in each step; ``ray`` is Mitsuba's, for its time and wavelengths."""
@@ -79,10 +57,7 @@ class Lit:
             place.p = mi.Point3f(point)
             active = shown.gain * sum(shown.source[1:], shown.source[0]) > 0
             surfaces = [Surface.at(volume, point) for volume in self.volumes]
-            if self.draws is None:
-                arriving = self._arriving(place, sampler.next_2d(active), surfaces, active)
-            else:
-                arriving = self._mean_arriving(self.draws, place, surfaces, active)
+            arriving = self._arriving(place, sampler.next_2d(active), surfaces, active)
             start = 0
             for volume, lit in zip(self.volumes, arriving, strict=True):
                 for k in range(start, start + volume.data.materials):
@@ -102,21 +77,6 @@ class Lit:
             toward = WorldRay(place.p, found.d, dr.select(active & (found.pdf > 0), way_to(found), 0.0))
             weight *= transmittance(self.occluders, toward)
         return [weight * surface.facing(found.d) for surface in surfaces]
-
-    def _mean_arriving(self, draws: Draws, place: Any, surfaces: list[Surface], active: Any) -> list[Any]:
-        import drjit as dr
-        import mitsuba as mi
-
-        def going(number: Any, sums: list[Any]) -> Any:
-            return active & (number < draws.count)
-
-        def add(number: Any, sums: list[Any]) -> tuple[Any, list[Any]]:
-            more = self._arriving(place, draws.at(number), surfaces, active)
-            return number + 1, [whole + each for whole, each in zip(sums, more, strict=True)]
-
-        none = mi.Spectrum(place.t * 0.0)
-        _, sums = dr.while_loop((mi.UInt32(place.t * 0.0), [none + 0.0 for _ in surfaces]), going, add)
-        return [each / draws.count for each in sums]
 
 
 @dataclass(frozen=True)
