@@ -135,8 +135,7 @@ def peaked(middle_nm: float, is_regular: bool) -> Illuminant:
     return Illuminant("peak", SpectralGrid(knots), np.array([0.2, 1.0, 0.3]))
 
 
-@pytest.mark.parametrize("is_regular", [True, False])
-@pytest.mark.parametrize("owner", ["lamp", "world", "surface"])
+@pytest.mark.parametrize(("owner", "is_regular"), [("lamp", True), ("world", False), ("surface", False)])
 def test_a_spectrum_with_other_knots_has_its_color(scene: Scene, owner: str, is_regular: bool) -> None:
     """Recorded launches had the range of a spectrum as a constant: a red lamp in place of a green one shone green."""
 

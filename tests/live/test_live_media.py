@@ -116,8 +116,7 @@ EDITS: dict[str, Callable[[Scene], Scene]] = {
 }
 
 
-@pytest.mark.parametrize("transport", ["rgb", "spectral"])
-@pytest.mark.parametrize("varies", [False, True])
+@pytest.mark.parametrize(("varies", "transport"), [(False, "rgb"), (True, "spectral")])
 def test_an_edit_beside_or_in_a_medium_is_made_in_place(varies: bool, transport: str) -> None:
     """The picture after each equals that of a scene that is loaded afresh, and no launch is recorded again."""
     scene, stage = scene_of(fog(grid=grid() if varies else None)), Stage()

@@ -43,7 +43,10 @@ def points_in_view(camera: Camera, film: Film, boxes: Sequence[Array]) -> Array:
     if camera.kind == "panoramic":
         return np.concatenate([full.reshape(-1, 3), _nearest(camera, full)])
     view = camera.world_from_camera
-    axes = view[:3, :3] / np.linalg.norm(view[:3, :3], axis=0)
+    lengths = np.linalg.norm(view[:3, :3], axis=0)
+    if not np.all(lengths > 0):
+        return full.reshape(-1, 3)  # a camera without a view direction is refused where its rays are made
+    axes = view[:3, :3] / lengths
     local = (full - view[:3, 3]) @ np.linalg.inv(axes).T * (1, 1, -1)  # right, up, depth
     depths = local[..., 2]
     crossing = (depths.min(axis=1, initial=np.inf) <= camera.near) & (depths.max(axis=1, initial=0.0) > camera.near)
