@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from spectral_core.errors import InvalidInputError
 
 
@@ -38,32 +36,24 @@ def options(count: int | None) -> dict[str, Any]:
     return {} if count is None else {"bands": Bands.uniform(count=count)}
 
 
-def write(path: Path, pictures: Pictures, render: Any) -> list[str]:
+def write(path: Path, pictures: Pictures, scene: Any) -> list[str]:
     """Write every picture of a frame, as large and with pixels of the shape as F12 writes it; returns the files."""
     from spectral_core.render.spectral_exr import write_spectral_exr
 
+    render = scene.render
     targets = _paths(path, [(layer, view) for _, layer, view in pictures.made], render)
     for target, (result, _, _) in zip(targets, pictures.made, strict=True):
-        write_spectral_exr(target, _framed(result, render), pixel_aspect=render.pixel_aspect_x / render.pixel_aspect_y)
+        write_spectral_exr(target, _framed(result, scene), pixel_aspect=render.pixel_aspect_x / render.pixel_aspect_y)
     return list(map(str, targets))
 
 
-def _framed(result: Any, render: Any) -> Any:
+def _framed(result: Any, scene: Any) -> Any:
     """The result at its place in the frame, empty around the render border, unless Blender crops to that border."""
-    from ..translate.camera import border_in_pixels, frame_in_pixels
+    from ..editing.dial.picture import in_frame
 
-    width, height = frame_in_pixels(render)
-    border = border_in_pixels(render, width, height)
-    if border is None or render.use_crop_to_border:
+    if scene.render.use_crop_to_border:
         return result
-    left, bottom, across, up = border
-
-    def framed(pixels: Any) -> Any:
-        whole = np.zeros((height, width, pixels.shape[2]), pixels.dtype)
-        whole[bottom : bottom + up, left : left + across] = pixels
-        return whole
-
-    return replace(result, pixels=framed(result.pixels), band_pixels=framed(result.band_pixels))
+    return replace(result, pixels=in_frame(scene, result.pixels), band_pixels=in_frame(scene, result.band_pixels))
 
 
 def _paths(path: Path, places: list[tuple[str, str]], render: Any) -> list[Path]:

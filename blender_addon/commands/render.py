@@ -193,9 +193,7 @@ def _render_frame(
         result = _finished(jobs.records, frame)
         files = written_or_kept(
             path,
-            lambda place: (
-                _copied(plain, place) if arguments.bands is None else _bands.write(place, pictures, scene.render)
-            ),
+            lambda place: _copied(plain, place) if arguments.bands is None else _bands.write(place, pictures, scene),
         )
     return {
         "frame": frame,
@@ -280,11 +278,9 @@ def _colors(scene: Any, out: Path, bands: int | None) -> str:
         import bpy
 
         own = output.linear_colorspace_settings.name
-        return (
-            f"linear, {own}, by the output's own color space"
-            if overrides
-            else (f"scene-linear, {compat.working_space(bpy.data)}")
-        )
+        if overrides:
+            return f"linear, {own}, by the output's own color space"
+        return f"scene-linear, {compat.working_space(bpy.data)}"
     owner, whose = (output, "output's own") if overrides else (scene, "file's")
     look = "" if owner.view_settings.look == "None" else f", look {owner.view_settings.look}"
     device, view = owner.display_settings.display_device, owner.view_settings.view_transform

@@ -99,10 +99,11 @@ def _require_lamp_of_original(bulb: PropertyGroup, dial: PropertyGroup) -> None:
     original = None if len(bulb.members) else original_of(bulb, dial.bulbs)
     assigned = "" if original is None else original.lamp
     if not len(bulb.members) and bulb.lamp != assigned:
+        shown, left = (f"the lamp {lamp!r}" if lamp else "no lamp" for lamp in (bulb.lamp, assigned))
         raise InvalidInputError(
-            f"{name_of(bulb)!r} is an instance of a light, or of a view layer's material override, which has no "
-            f"spectrum of its own: the dial shows it with the lamp {bulb.lamp!r}, and Apply would leave "
-            f"{assigned!r}. Give both bulbs the same lamp, or make it real and record again"
+            f"{name_of(bulb)!r} is an instance of a light, or the emission of a view layer's material override, and "
+            f"has no spectrum of its own: the dial shows it with {shown}, and after Apply it would have {left}. Give "
+            "both bulbs the same lamp, or make it real and record again"
         )
 
 

@@ -106,8 +106,12 @@ def test_a_singular_matrix_gets_a_note_or_is_shown_flat():
     assert _finite(flat).pixels[..., 0].mean() == pytest.approx(LIT, rel=0.01)
 
 
-def test_a_singular_camera_is_an_error():
-    scene = lit_plane(LAMP, film=TINY, camera=Camera(world_from_camera=np.diag([1.0, 1, 0, 1])))
+@pytest.mark.parametrize("axes", [np.diag([1.0, 1, 0]), np.array([[1.0, 1, 0], [0, 0, 1], [0, 0, 0]])])
+def test_a_singular_camera_is_an_error(axes):
+    """An axis of length 0, and two axes that are one."""
+    view = np.eye(4)
+    view[:3, :3] = axes
+    scene = lit_plane(LAMP, film=TINY, camera=Camera(world_from_camera=view))
     with pytest.raises(InvalidInputError, match="has no view direction"):
         render_scene(scene)
 

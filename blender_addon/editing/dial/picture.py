@@ -7,6 +7,8 @@ image of its original; the name of the scene on the image tells them apart until
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 import numpy as np
 from bpy.types import Camera, Context, Image, Object, RegionView3D, Scene, SpaceView3D
@@ -75,8 +77,8 @@ def _owners(image: Image) -> list[Scene]:
     return [each for each in bpy.data.scenes if each.spectral.dial.picture == image]
 
 
-def in_frame(scene: Scene, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Pixels (height, width, 4) of a render border at their place in the whole frame, transparent around them.
+def in_frame(scene: Scene, pixels: NDArray[Any]) -> NDArray[Any]:
+    """Pixels (height, width, channels) of a render border at their place in the whole frame, 0 around them.
 
     The camera view shows the image over the whole frame. Pixels of any other size than the border are returned as they
     are: the border has changed since the recording.
@@ -86,7 +88,7 @@ def in_frame(scene: Scene, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
     if border is None or (border[3], border[2]) != pixels.shape[:2] or pixels.shape[:2] == (height, width):
         return pixels
     left, bottom, across, up = border
-    whole = np.zeros((height, width, 4), np.float32)
+    whole = np.zeros((height, width, pixels.shape[2]), pixels.dtype)
     whole[bottom : bottom + up, left : left + across] = pixels
     return whole
 

@@ -31,7 +31,9 @@ NUMBERS = ("VALUE", "INT", "BOOLEAN")
 """Types of sockets that hold one number."""
 UNKNOWN_TO_CYCLES = ("SQUEEZE", "SHADERTORGB", "UVALONGSTROKE")
 """Nodes of other engines: a link from them has no effect in Cycles."""
-OTHER_SPACE = "computes in linear sRGB, Cycles in the file's working space: colors may differ; Linear Rec.709 avoids it"
+OTHER_SPACE = (
+    "computes in linear sRGB, Cycles in the file's working space: colors may differ unless it is Linear Rec.709"
+)
 
 
 @dataclass

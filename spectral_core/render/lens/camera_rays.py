@@ -36,13 +36,18 @@ class CameraFrame:
     camera: Camera
 
 
+def is_singular(camera: Camera) -> bool:
+    """True if the matrix of a camera has no three directions."""
+    return abs(float(np.linalg.det(camera.world_from_camera[:3, :3]))) < 1e-30
+
+
 def camera_frame(camera: Camera, film: Film) -> CameraFrame:
     """Axes and window of Blender's camera on a film; scale and shear of its matrix are left out, as Blender does.
 
     Raises InvalidInputError for a matrix without directions.
     """
     axes = camera.world_from_camera[:3, :3]
-    if abs(np.linalg.det(axes)) < 1e-30:
+    if is_singular(camera):
         raise InvalidInputError(
             "the camera's matrix is singular, so it has no view direction; give it a scale other than 0"
         )

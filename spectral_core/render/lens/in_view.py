@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a camera sees in numbers: pixels per unit, and points that span the parts of boxes in view."""
+"""The view of a camera: its pixels per unit, and points that span the parts of boxes in view."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lens.camera_rays import is_singular
 from spectral_core.scene import Camera, Film
 
 Array = NDArray[np.float64]
@@ -43,10 +44,9 @@ def points_in_view(camera: Camera, film: Film, boxes: Sequence[Array]) -> Array:
     if camera.kind == "panoramic":
         return np.concatenate([full.reshape(-1, 3), _nearest(camera, full)])
     view = camera.world_from_camera
-    lengths = np.linalg.norm(view[:3, :3], axis=0)
-    if not np.all(lengths > 0):
-        return full.reshape(-1, 3)  # a camera without a view direction is refused where its rays are made
-    axes = view[:3, :3] / lengths
+    if is_singular(camera):
+        return full.reshape(-1, 3)  # such a camera is refused where its rays are made
+    axes = view[:3, :3] / np.linalg.norm(view[:3, :3], axis=0)
     local = (full - view[:3, 3]) @ np.linalg.inv(axes).T * (1, 1, -1)  # right, up, depth
     depths = local[..., 2]
     crossing = (depths.min(axis=1, initial=np.inf) <= camera.near) & (depths.max(axis=1, initial=0.0) > camera.near)

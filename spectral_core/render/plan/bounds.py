@@ -250,11 +250,7 @@ def _of_lamp(light: Light, box: Array, length: float, scene: Scene) -> float:
         return intensity / distance**2 * length
     away = float(np.linalg.norm(center - scene.camera.world_from_camera[:3, 3]))
     size = max(light.size) / 2 if isinstance(light, AreaLight) else light.radius
-    pixel = (
-        away / pixels_per_unit(scene.camera, scene.film)
-        if _shrinks(scene)
-        else 1 / pixels_per_unit(scene.camera, scene.film)
-    )
+    pixel = (away if _shrinks(scene) else 1.0) / pixels_per_unit(scene.camera, scene.film)
     return np.pi * intensity / max(size, pixel / 2, 1e-12)
 
 

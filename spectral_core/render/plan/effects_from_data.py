@@ -36,7 +36,7 @@ DIFFUSE_BOUNCES = (MOST_BOUNCES, 768, 512, 384, 256, 192, 128, 96, 80, 64, 56, 4
 SLOW_BOUNCES = 32
 """Bounces after which few paths are left: ending those saves no time that counts."""
 NO_ERROR = 1e-3
-"""ΔE2000 that is the error of no picture; all light that is omitted at the first candidate below it counts as none."""
+"""ΔE2000 that nobody can measure in a picture: no candidate has more bounces than the first with a smaller error."""
 THIN = 0.05
 """ΔE2000 of media through which light goes nearly straight."""
 

@@ -246,11 +246,11 @@ def _largest_reflectance(closure: Closure) -> float:
 
 
 def is_sharp(leaf: object) -> bool:
+    """True for a closure with a lobe so narrow that it shows other things, as mirrors and clear glass do."""
     if isinstance(leaf, Glass):
         return True
     if isinstance(leaf, (Glossy, Metal, Principled)):
-        # a texture of the roughness may be low anywhere
-        rough = leaf.roughness if isinstance(leaf.roughness, (int, float)) else 0.0
+        rough = leaf.roughness if isinstance(leaf.roughness, (int, float)) else 0.0  # a texture may be low anywhere
         coated = isinstance(leaf, Principled) and leaf.coat_weight != 0
         clear = isinstance(leaf, Principled) and leaf.transmission != 0
         return rough < SHARP_ROUGHNESS or coated or clear
