@@ -32,7 +32,7 @@ NUMBERS = ("VALUE", "INT", "BOOLEAN")
 UNKNOWN_TO_CYCLES = ("SQUEEZE", "SHADERTORGB", "UVALONGSTROKE")
 """Nodes of other engines: a link from them has no effect in Cycles."""
 OTHER_SPACE = (
-    "computes in linear sRGB, Cycles in the file's working space: colors may differ unless it is Linear Rec.709"
+    "computes in linear sRGB, Cycles in the file's working space: colors may differ unless it is Rec.709"
 )
 
 
