@@ -31,9 +31,7 @@ NUMBERS = ("VALUE", "INT", "BOOLEAN")
 """Types of sockets that hold one number."""
 UNKNOWN_TO_CYCLES = ("SQUEEZE", "SHADERTORGB", "UVALONGSTROKE")
 """Nodes of other engines: a link from them has no effect in Cycles."""
-OTHER_SPACE = (
-    "computes in linear sRGB, Cycles in the file's working space: colors may differ unless it is Rec.709"
-)
+OTHER_SPACE = "computes in linear sRGB, Cycles in the file's working space: colors may differ unless it is Rec.709"
 
 
 @dataclass
