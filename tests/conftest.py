@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -58,6 +59,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     kept = set(map(id, chosen.values()))
     config.hook.pytest_deselected(items=[item for item in items if id(item) not in kept])
     items[:] = list(chosen.values())
+
+
+def pytest_collection_finish() -> None:
+    """Let the garbage collector pass over the tests and the modules that they import.
+
+    These are half a million objects, which stay to the end. A full collection took 0.3 s of each live session, and all
+    collections together a fifth of the processor time of tests/live.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 _skipped: dict[str, list[str]] = {}

@@ -12,6 +12,15 @@ import pytest
 pytest.importorskip("bpy")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _nothing_is_passed_over():
+    """The collector looks at all objects before a test here, and at none of the test session afterwards."""
+    gc.unfreeze()
+    yield
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture
 def garbage(monkeypatch):
     from blender_addon.editing import garbage
