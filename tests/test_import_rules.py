@@ -83,7 +83,8 @@ def private_uses(path: Path) -> Iterator[str]:
     """Names with a leading underscore that a file takes from a package of others, as ``line: name``."""
     tree = ast.parse(path.read_text("utf-8"))
     foreign: set[str] = set()
-    for node in ast.walk(tree):
+    nodes = list(ast.walk(tree))
+    for node in nodes:
         if isinstance(node, ast.Import):
             taken = [(alias.name, alias.asname or alias.name.split(".")[0]) for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.level == 0:
@@ -93,7 +94,7 @@ def private_uses(path: Path) -> Iterator[str]:
         taken = [each for each in taken if each[0].split(".")[0] not in {*PACKAGES, "__future__"}]
         foreign |= {local for _, local in taken}
         yield from (f"{node.lineno}: {name}" for name, _ in taken if "._" in name)
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Attribute) and node.attr.startswith("_") and not node.attr.endswith("__"):
             base: ast.expr = node.value
             while isinstance(base, ast.Attribute):
@@ -127,7 +128,8 @@ def test_tests_and_benchmarks_share_no_private_name_of_benchmarks() -> None:
     """What two files use is public: a module or name of ``benchmarks`` with a leading underscore is its file's own."""
     taken = []
     for path in [*(ROOT / "benchmarks").rglob("*.py"), *(ROOT / "tests").rglob("*.py")]:
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        source = path.read_text("utf-8")
+        for node in ast.walk(ast.parse(source)) if "benchmarks" in source else ():
             if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "benchmarks":
                 names = [f"{node.module}.{alias.name}" for alias in node.names]
                 taken += [f"{path.relative_to(ROOT)}: {name}" for name in names if "._" in name]

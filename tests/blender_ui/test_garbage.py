@@ -14,7 +14,7 @@ pytest.importorskip("bpy")
 
 @pytest.fixture(scope="module", autouse=True)
 def _nothing_is_passed_over():
-    """The collector looks at all objects before a test here, and at none of the test session afterwards."""
+    """The collector looks at all objects before a test here, and at none of the test session after the last."""
     gc.unfreeze()
     yield
     gc.collect()
