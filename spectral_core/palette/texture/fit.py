@@ -55,6 +55,15 @@ def over_tiles(
     return found
 
 
+def require_importance(importance: tuple[float, ...], count: int) -> tuple[float, ...]:
+    """Importances of the pictures under ``count`` lights; raises InvalidInputError unless all are positive numbers."""
+    if len(importance) != count or not all(0 < each < np.inf for each in importance):  # also NaN
+        raise InvalidInputError(
+            f"{len(importance)} importances {importance} for {count} lights; give one positive number per light"
+        )
+    return importance
+
+
 @dataclass(frozen=True, eq=False)
 class Fitter:
     """Solver of texels. ``color_from_weights``: (3L, K), linear RGB under each light.
@@ -69,12 +78,7 @@ class Fitter:
     corner_weights: Array | None = None
 
     def __post_init__(self) -> None:
-        rows = self.color_from_weights.shape[0]
-        if rows != 3 * len(self.importance) or not all(0 < each < np.inf for each in self.importance):  # also NaN
-            raise InvalidInputError(
-                f"{len(self.importance)} importances {self.importance} for {rows // 3} lights; give one positive "
-                "number per light"
-            )
+        require_importance(self.importance, self.color_from_weights.shape[0] // 3)
 
     @cached_property
     def _search(self) -> NearestInBox:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
-from spectral_core.palette.texture.fit import TILE, Fitter, over_tiles
+from spectral_core.palette.texture.fit import TILE, Fitter, over_tiles, require_importance
 from spectral_core.palette.texture.loss import PictureLoss, picture_losses, texel_delta_e
 from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, reachable_scales, stimulus_matrix
 from spectral_core.spectra.color import linear_from_display_rgb
@@ -171,19 +171,20 @@ def design_texture(
     require_range("floor", floor, 0.0, MOST_FLOOR)
     if mapping not in get_args(Mapping):
         raise UnknownNameError.among("mapping", str(mapping), get_args(Mapping))
+    # All is checked before the basis is designed, which takes seconds.
+    importance = [1.0] * len(lights) if importance is None else importance
+    weighed = require_importance(tuple(map(float, importance)), len(lights))
+    if mapping == "least_delta_e":
+        slope = require_range("slope", 0.97 - floor if slope is None else slope, 0.0, round(1.0 - floor, 12))
     matrix = stimulus_matrix(lights)
     if basis is None:
         fitting = min(MOST_SPECTRA, 3 * len(lights))
         basis = design_basis(matrix, fitting if count is None else count, floor=max(floor, 0.01))
     color_from_weights = matrix @ basis.spectra.T
     stated = float(reachable_scales(color_from_weights, corner_colors(len(lights)), floor).scales.min())
-    if mapping == "uniform_contrast":
-        kept = stated
-    else:
-        kept = require_range("slope", 0.97 - floor if slope is None else slope, 0.0, round(1.0 - floor, 12))
+    kept = stated if mapping == "uniform_contrast" or slope is None else slope
     corners = _corner_weights(color_from_weights, floor, kept) if kept <= stated else None
-    weighed = [1.0] * len(lights) if importance is None else importance
-    fitter = Fitter(color_from_weights, tuple(map(float, weighed)), corners)
+    fitter = Fitter(color_from_weights, weighed, corners)
     weights, delta_e, compressed = _fit_tiles(pictures, fitter, (floor, kept), progress)
     texture = SpectralTexture(weights, basis.spectra, tuple(lights))
     losses = picture_losses(pictures, texture, delta_e, (floor, kept))

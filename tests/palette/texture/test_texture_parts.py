@@ -198,5 +198,6 @@ def test_arguments_of_a_design_that_nothing_can_follow_are_refused() -> None:
             design_texture(pictures, [D65, HP1], **arguments)
     with pytest.raises(InvalidInputError, match="no mapping of TextureSettings is named 'exact'"):
         TextureSettings(mapping="exact")  # type: ignore[arg-type]
-    alike = [design_texture(pictures, [D65, HP1], importance=given) for given in ((2.0, 1.0), np.array([2.0, 1.0]))]
-    np.testing.assert_array_equal(alike[0].texture.weights, alike[1].texture.weights)
+    first = design_texture(pictures, [D65, HP1], importance=(2.0, 1.0))
+    second = design_texture(pictures, [D65, HP1], importance=np.array([2.0, 1.0]), basis=first.basis)
+    np.testing.assert_array_equal(first.texture.weights, second.texture.weights)
