@@ -65,8 +65,7 @@ def near_one(kind: str) -> PaletteSolution:
     return solve_palette(palette(kind, 1.0))
 
 
-@pytest.mark.parametrize("size", [SIZES[0], SIZES[-1]])
-@pytest.mark.parametrize("kind", ["given", "designed", "primaries"])
+@pytest.mark.parametrize(("kind", "size"), [("given", 1e-8), ("given", 1e8), ("designed", 1e-8), ("primaries", 1e8)])
 def test_spectra_and_status_do_not_depend_on_the_unit(kind: str, size: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rounds, "thread_time", lambda: 0.0)  # no budget ends on a busy machine
     monkeypatch.setattr(rounds, "perf_counter", lambda: 0.0)
