@@ -10,7 +10,7 @@ from spectral_core.spectra.color import display_rgb_from_linear
 from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
-from ..shading.tree import MOST_HOPS, Input, Output, input_of, linked, surface_output
+from ..shading.tree import MOST_HOPS, Input, Output, input_of, linked, mixed, surface_output
 from ..spectra.stored import carried_spectrum, store_spectrum
 from . import table
 
@@ -80,7 +80,8 @@ def _main_color(material: bpy.types.Material) -> NDArray[np.float64]:
 
 def _surface_color(material: bpy.types.Material) -> tuple[float, ...] | None:
     """The color of the first surface shader that the output node shows, in the working space; None without one."""
-    output = surface_output(compat.node_tree(material))
+    inlined = compat.inlined(material)  # it has the output nodes of groups, and exists while it is named here
+    output = surface_output(compat.node_tree(material) if inlined is None else inlined.node_tree)
     waiting = [] if output is None else [linked(input_of(output, "Surface"))]
     for _ in range(MOST_HOPS):
         if not waiting:
@@ -92,7 +93,7 @@ def _surface_color(material: bpy.types.Material) -> tuple[float, ...] | None:
             socket = shader.input(name)
             if shader.node.type.startswith("BSDF") and socket is not None and socket.socket.type == "RGBA":
                 return _constant(socket)
-        waiting += [linked(Input(each, shader.groups)) for each in shader.node.inputs if each.type == "SHADER"]
+        waiting += [linked(Input(each, shader.groups)) for each in mixed(shader.node) if each.type == "SHADER"]
     return None
 
 

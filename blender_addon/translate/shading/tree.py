@@ -279,11 +279,11 @@ def _read_sockets(tree: Any, aovs: Collection[str]) -> set[Key]:
         sockets.add(_key(source.socket, source.groups))
         if (node := _key(source.node, source.groups)) not in nodes:
             nodes.add(node)
-            waiting += [Input(socket, source.groups) for socket in _mixed(source.node)]
+            waiting += [Input(socket, source.groups) for socket in mixed(source.node)]
     return sockets
 
 
-def _mixed(node: Any) -> list[Any]:
+def mixed(node: Any) -> list[Any]:
     """The input sockets that a node reads: of Mix Shader one shader where its factor shows that one alone."""
     sockets = [socket for socket in node.inputs if socket.enabled]
     if node.type != "MIX_SHADER" or sockets[0].is_linked or 0 < sockets[0].default_value < 1:
