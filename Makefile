@@ -5,6 +5,9 @@ SHELL := /bin/bash
 # The first that starts: pyenv leaves a python3.11 that ends with an error where another version is chosen.
 BASE_PYTHON := $(shell for each in python3.11 python3; do $$each -c "" 2>/dev/null && { command -v $$each; break; }; done)
 PYTHON := .venv/bin/python
+# The tests start hundreds of processes. Where Python may keep no compiled modules, as in many containers, each of them
+# compiles the product again, which doubles the time that it takes to start.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup lock demo test quick check format extension real-blender clean
 
