@@ -36,6 +36,30 @@ def frozen_array(
     return array
 
 
+def real_numbers(name: str, values: ArrayLike, last: int | None = None) -> NDArray[np.float64]:
+    """``values`` in double precision, not copied where they have it; NaN and infinity are kept.
+
+    ``last``: length of the last axis. Raises InvalidInputError naming ``name`` for anything but real numbers of that
+    shape, also for masked values.
+    """
+    plain = type(values) is np.ndarray and values.dtype == np.float64
+    array = values if plain else _converted(name, values)
+    if last is not None and array.shape[-1:] != (last,):
+        raise InvalidInputError(f"{name} has shape {array.shape}; expected {last} numbers along the last axis")
+    return array  # type: ignore[return-value]
+
+
+def _converted(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    require_unmasked(name, values)
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "biuf":
+            raise TypeError(f"they are of type {array.dtype}")
+        return array.astype(np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name} must be real numbers; {error}") from error
+
+
 AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 
