@@ -42,11 +42,12 @@ def real_numbers(name: str, values: ArrayLike, last: int | None = None) -> NDArr
     ``last``: length of the last axis. Raises InvalidInputError naming ``name`` for anything but real numbers of that
     shape, also for masked values.
     """
-    plain = type(values) is np.ndarray and values.dtype == np.float64
-    array = values if plain else _converted(name, values)
+    given: Any = values
+    is_plain = type(given) is np.ndarray and given.dtype == np.float64
+    array: NDArray[np.float64] = given if is_plain else _converted(name, values)
     if last is not None and array.shape[-1:] != (last,):
         raise InvalidInputError(f"{name} has shape {array.shape}; expected {last} numbers along the last axis")
-    return array  # type: ignore[return-value]
+    return array
 
 
 def _converted(name: str, values: ArrayLike) -> NDArray[np.float64]:

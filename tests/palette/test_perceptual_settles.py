@@ -8,6 +8,7 @@ import pytest
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.presets import design_grid
+from spectral_core.palette.qp.quadratic import least_in_box
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import lab_jacobian_from_linear_rgb
 from spectral_core.spectra.observer import linear_rgb_from_product, normalized
@@ -58,3 +59,21 @@ def test_shared_colors_settle_in_few_rounds():
     solution = solve_palette(problem, explain=False)
     assert solution.status.trusted
     assert solution.rounds <= 20
+
+
+def test_the_best_color_in_a_box_does_not_depend_on_the_weights_of_other_colors():
+    """Beside exact cells the curvature of a soft color is 1e-10: it was anywhere in its box, by up to 1.4, and palettes
+    counted as optimal that could still lose a thousandth of their sum of squares.
+    """
+    from scipy.optimize import lsq_linear
+
+    metric = np.array([[1.0, 0.9, 0.2], [0.1, 1.0, 0.8], [0.3, 0.2, 1.0]])
+    low, high = np.array([0.2, 0.1, 0.3]), np.array([0.9, 0.4, 0.5])
+    for weight in (1.0, 1e5, 1e10):
+        hessian, linear = np.zeros((6, 6)), np.zeros(6)
+        hessian[:3, :3], linear[:3] = weight * metric.T @ metric, weight * metric.T @ metric @ [0.5, 0.6, 0.7]
+        hessian[3:, 3:], linear[3:] = 0.3 * metric.T @ metric, 0.3 * metric.T @ metric @ [1.4, -0.1, 0.9]
+        ends = np.append(np.full(3, -np.inf), low), np.append(np.full(3, np.inf), high)
+        found = least_in_box(hessian, linear, *ends, np.zeros(6))
+        expected = lsq_linear(metric, metric @ [1.4, -0.1, 0.9], (low, high), tol=1e-14).x
+        np.testing.assert_allclose(found, [0.5, 0.6, 0.7, *expected], atol=1e-6)

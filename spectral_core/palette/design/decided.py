@@ -46,8 +46,7 @@ NEARLY_BLACK = 1e-4
 """Linear RGB of a shared color from which it is not black. Exact rows that hold within their tolerance leave 1e-6 of
 a color that must be black.
 """
-FAINT = 1e-10
-"""Distance to a bound that is the tolerance of a linear program."""
+FAINT = 1e-10  # distance to a bound that is the tolerance of a linear program
 NAME = "linear program"  # engine of these answers, as a solution names it
 
 
