@@ -36,6 +36,31 @@ def frozen_array(
     return array
 
 
+def real_numbers(name: str, values: ArrayLike, last: int | None = None) -> NDArray[np.float64]:
+    """``values`` in double precision, not copied where they have it; NaN and infinity are kept.
+
+    ``last``: length of the last axis. Raises InvalidInputError naming ``name`` for anything but real numbers of that
+    shape, also for masked values.
+    """
+    given: Any = values
+    is_plain = type(given) is np.ndarray and given.dtype == np.float64
+    array: NDArray[np.float64] = given if is_plain else _converted(name, values)
+    if last is not None and array.shape[-1:] != (last,):
+        raise InvalidInputError(f"{name} has shape {array.shape}; expected {last} numbers along the last axis")
+    return array
+
+
+def _converted(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    require_unmasked(name, values)
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "biuf":
+            raise TypeError(f"they are of type {array.dtype}")
+        return array.astype(np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name} must be real numbers; {error}") from error
+
+
 AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 

@@ -34,6 +34,11 @@ def first_of(names: Iterable[object], count: int, most: int = 8) -> str:
     return listed + (f" and {count - most} more" if count > most else "")
 
 
+def counted(count: int, one: str, several: str = "") -> str:
+    """A number with its noun: "1 light", "2 lights". ``several``: the plural of a noun that takes more than an s."""
+    return f"{count} {one if count == 1 else several or one + 's'}"
+
+
 class InvalidInputError(SpectralError, ValueError):
     """A value from outside is wrong; the message says what was given, what was expected and what to do."""
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, require_kind
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.light_models.interface import LightModel, values_on_grid
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.observer import Observer, xyz_from_product, xyz_from_spectrum
@@ -94,7 +94,7 @@ class NodeModel(LightModel):
         scene = frozen_array("reflectances", np.atleast_2d(values_on_grid(reflectances, grid)), (None, grid.size))
         count = min(max(scene.shape[0], 8), grid.size) if size is None else size
         if not 1 <= count <= grid.size:
-            raise InvalidInputError(f"{count} nodes on {grid}; expected 1 to {grid.size}")
+            raise InvalidInputError(f"{counted(count, 'node')} on {grid}; expected 1 to {grid.size}")
         further = np.concatenate([_pairwise_products(scene), _natural_training(grid)])
         moments = _second_moments(scene, further)
         visibility = np.linalg.norm(xyz_from_spectrum(grid, viewer), axis=0)

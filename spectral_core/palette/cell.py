@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 from spectral_core.palette.given import CellIndex, cell_index_of, number_of, sequence_of
 
 Array = NDArray[np.float64]
@@ -135,7 +135,9 @@ def _box(box: tuple[ArrayLike, ArrayLike] | None) -> tuple[Array, Array] | None:
         return None
     ends = sequence_of("the box of a cell", box)
     if len(ends) != 2:
-        raise InvalidInputError(f"the box of a cell has {len(ends)} ends; expected the least and the greatest color")
+        raise InvalidInputError(
+            f"the box of a cell has {counted(len(ends), 'end')}; expected the least and the greatest color"
+        )
     return _raw(ends[0]), _raw(ends[1])
 
 

@@ -115,10 +115,12 @@ class CellReach:
         self._limits = Limits(matrix.shape[1], bounds, held)
         self._programs = Programs(self._limits, grid.size)
         if len(held) and self._programs.any_point is None:
-            raise InvalidInputError(
-                f"no reflectance between {bounds[0]:g} and {bounds[1]:g} has the {len(held)} exact colors together; "
-                "relax one of them"
+            colors = (
+                "the exact color; relax it"
+                if len(held) == 1
+                else f"the {len(held)} exact colors together; relax one of them"
             )
+            raise InvalidInputError(f"no reflectance between {bounds[0]:g} and {bounds[1]:g} has {colors}")
 
     def extent(self, direction: ArrayLike) -> tuple[float, Array]:
         """Largest ``direction · color`` over all reachable colors, and a color (3,) that attains it; infinite where

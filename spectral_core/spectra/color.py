@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import frozen_array, real_numbers
 from spectral_core.errors import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -33,37 +34,38 @@ LEAST_SHOWN = 1e-6
 
 def linear_rgb_from_xyz(xyz: ArrayLike) -> Array:
     """Linear sRGB (..., 3) from XYZ (..., 3); outside [0, 1] where the color is outside the display gamut."""
-    return np.asarray(xyz, dtype=np.float64) @ RGB_FROM_XYZ.T
+    return real_numbers("XYZ", xyz, 3) @ RGB_FROM_XYZ.T
 
 
 def xyz_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
     """XYZ (..., 3) from linear sRGB (..., 3)."""
-    return np.asarray(linear_rgb, dtype=np.float64) @ XYZ_FROM_RGB.T
+    return real_numbers("linear RGB", linear_rgb, 3) @ XYZ_FROM_RGB.T
 
 
 def luminance_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
     """Relative luminance Y (...) of linear sRGB (..., 3); 1 is the perfect white."""
-    luminance: Array = np.asarray(linear_rgb, dtype=np.float64) @ LUMINANCE_FROM_RGB
+    luminance: Array = real_numbers("linear RGB", linear_rgb, 3) @ LUMINANCE_FROM_RGB
     return luminance
 
 
 def display_rgb_from_linear(linear_rgb: ArrayLike) -> Array:
     """sRGB transfer curve (IEC 61966-2-1), odd about zero so that colors outside the gamut are kept."""
-    linear = np.asarray(linear_rgb, dtype=np.float64)
+    linear = real_numbers("linear RGB", linear_rgb)
     size = np.abs(linear)
     curved = 1.055 * np.power(np.maximum(size, 0.0031308), 1 / 2.4) - 0.055
     return np.sign(linear) * np.where(size <= 0.0031308, 12.92 * size, curved)
 
 
-def display_hex_from_linear(linear_rgb: Array) -> str:
+def display_hex_from_linear(linear_rgb: ArrayLike) -> str:
     """A linear RGB color (3,) as ``#rrggbb``, each channel limited to what a display shows."""
-    shown = np.round(255 * np.clip(display_rgb_from_linear(linear_rgb), 0, 1)).astype(int)
+    color = frozen_array("a color", linear_rgb, (3,))
+    shown = np.round(255 * np.clip(display_rgb_from_linear(color), 0, 1)).astype(int)
     return "#" + "".join(f"{channel:02x}" for channel in shown)
 
 
 def linear_from_display_rgb(display_rgb: ArrayLike) -> Array:
     """Inverse of display_rgb_from_linear."""
-    display = np.asarray(display_rgb, dtype=np.float64)
+    display = real_numbers("display RGB", display_rgb)
     size = np.abs(display)
     curved = np.power((np.maximum(size, 0.04045) + 0.055) / 1.055, 2.4)
     return np.sign(display) * np.where(size <= 0.04045, size / 12.92, curved)
@@ -71,10 +73,10 @@ def linear_from_display_rgb(display_rgb: ArrayLike) -> Array:
 
 def lab_from_xyz(xyz: ArrayLike, white_xyz: ArrayLike = WHITE_XYZ) -> Array:
     """CIELAB (..., 3) of XYZ (..., 3) relative to a white (3,) (CIE 15:2018)."""
-    white = np.asarray(white_xyz, dtype=np.float64)
+    white = real_numbers("the white of CIELAB", white_xyz, 3)
     if np.any(white <= 0):
         raise InvalidInputError(f"the white of CIELAB is {white.tolist()}; all three XYZ must be positive")
-    ratio = np.asarray(xyz, dtype=np.float64) / white
+    ratio = real_numbers("XYZ", xyz, 3) / white
     f = np.where(ratio > _EPSILON, np.cbrt(ratio), (_KAPPA * ratio + 16) / 116)
     x, y, z = f[..., 0], f[..., 1], f[..., 2]
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=-1)
@@ -94,9 +96,24 @@ def lab_jacobian_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
     return jacobian
 
 
+def _pair(lab_1: ArrayLike, lab_2: ArrayLike) -> tuple[Array, Array]:
+    """Two arrays of CIELAB colors. Raises InvalidInputError where they do not fit together."""
+    one, two = real_numbers("the first CIELAB", lab_1, 3), real_numbers("the second CIELAB", lab_2, 3)
+    if one.shape != two.shape:
+        try:
+            np.broadcast_shapes(one.shape, two.shape)
+        except ValueError:
+            raise InvalidInputError(
+                f"the CIELAB colors to compare have shapes {one.shape} and {two.shape}; expected equal shapes, or one "
+                "color beside many"
+            ) from None
+    return one, two
+
+
 def delta_e_1976(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:
     """CIE 1976 color difference: Euclidean distance in CIELAB, shape (...)."""
-    difference = np.asarray(lab_1, dtype=np.float64) - np.asarray(lab_2, dtype=np.float64)
+    lab_a, lab_b = _pair(lab_1, lab_2)
+    difference = lab_a - lab_b
     return np.sqrt(np.square(difference).sum(axis=-1))
 
 
@@ -105,7 +122,7 @@ def delta_e_2000(lab_1: ArrayLike, lab_2: ArrayLike) -> Array:
 
     Sharma, Wu and Dalal 2005, "The CIEDE2000 color-difference formula"; equation numbers are theirs.
     """
-    lab_a, lab_b = np.broadcast_arrays(np.asarray(lab_1, dtype=np.float64), np.asarray(lab_2, dtype=np.float64))
+    lab_a, lab_b = np.broadcast_arrays(*_pair(lab_1, lab_2))
     (lightness_1, a_1, b_1), (lightness_2, a_2, b_2) = np.moveaxis(lab_a, -1, 0), np.moveaxis(lab_b, -1, 0)
     chroma_7 = ((np.hypot(a_1, b_1) + np.hypot(a_2, b_2)) / 2) ** 7
     stretch = 1.5 - 0.5 * np.sqrt(chroma_7 / (chroma_7 + 25.0**7))  # 1 + G, Eq. (4)

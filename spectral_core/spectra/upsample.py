@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, real_numbers
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.observer import STANDARD, linear_rgb_from_product, normalized, observer
@@ -37,7 +37,7 @@ def upsampled(linear_rgb: ArrayLike, wavelengths_nm: ArrayLike) -> Array:
 
     Raises InvalidInputError for a color outside [0, 1], which no reflectance has.
     """
-    nm = np.asarray(wavelengths_nm, dtype=np.float64)
+    nm = real_numbers("wavelengths", wavelengths_nm)
     coefficients = coefficients_from_linear_rgb(linear_rgb)[..., None, :]
     value = (coefficients[..., 0] * nm + coefficients[..., 1]) * nm + coefficients[..., 2]
     # x / sqrt(1 + x²) without overflow: black and white have coefficients at infinity
@@ -57,7 +57,7 @@ def coefficients_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
 
     Black has (0, 0, -inf) and white (0, 0, inf). Raises InvalidInputError for a color outside [0, 1].
     """
-    rgb = np.asarray(linear_rgb, dtype=np.float64)
+    rgb = real_numbers("a reflectance color", linear_rgb)
     if rgb.shape[-1:] != (3,) or not np.all((rgb >= 0) & (rgb <= 1)):
         raise InvalidInputError(
             f"a reflectance color of shape {rgb.shape} spans {rgb.min(initial=np.inf):g} to "

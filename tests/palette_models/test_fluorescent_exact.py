@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
+from spectral_core.palette.paint.fluorescence import led
 from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
 from spectral_core.palette.paint.fluorescent_report import palette_solution
 from spectral_core.palette.presets import design_grid
@@ -49,3 +50,14 @@ def test_exact_cells_that_refer_to_an_exactly_black_one_hold_in_black(lamps) -> 
     found = solve_fluorescent(problem, dyes)
     assert found.trusted
     assert np.abs(found.actual_linear_rgb[[0, 0, 1], [0, 1, 0]]).max() < 1e-9
+
+
+@pytest.mark.parametrize(("lamp", "peak"), [("HP1", 435), ("A", 435), ("FL11", 450)])
+def test_a_compromise_with_black_alone_is_no_conflict(lamp, peak) -> None:
+    """A black material meets its exact *same* and its wanted black; it was a conflict by 1e-6, a solver's tolerance."""
+    lights = PaletteLight(normalized(illuminant(lamp))), PaletteLight(led(peak, power=100))
+    cells = ((Cell.same_as((0, 1), exact=True), Cell.black()),)
+    problem = PaletteProblem(GRID, lights, (PaletteReflectance("a"),), cells)
+    found = solve_fluorescent(problem, {0: [FluorescentDye.gaussian("red", 545, 745, widths_nm=(20, 40))]})
+    assert found.trusted
+    assert np.abs(found.actual_linear_rgb).max() < 1e-6

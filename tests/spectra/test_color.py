@@ -150,3 +150,33 @@ def test_a_luminance_is_a_number_from_0(luminance: float) -> None:
 def test_an_unknown_observer_is_refused() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'cie_1931_2deg'"):
         observer("cie_1931")
+
+
+@pytest.mark.parametrize("wrong", [1.0, [0.5, 0.5], np.ones((3, 2)), "red", [1j, 0, 0], [[1, 2, 3], [1, 2]], None])
+@pytest.mark.parametrize(
+    "function",
+    [
+        color.linear_rgb_from_xyz,
+        color.xyz_from_linear_rgb,
+        color.luminance_from_linear_rgb,
+        color.display_hex_from_linear,
+        color.lab_from_xyz,
+        color.lab_from_linear_rgb,
+        color.lab_jacobian_from_linear_rgb,
+        lambda wrong: color.lab_from_xyz([1, 1, 1], wrong),
+        lambda wrong: color.delta_e_1976([50, 0, 0], wrong),
+        lambda wrong: color.delta_e_2000(wrong, [50, 0, 0]),
+    ],
+)
+def test_what_is_no_color_is_refused(function, wrong):
+    """A number was spread over three channels in silence, and an imaginary part was dropped; others raised errors of
+    NumPy.
+    """
+    with pytest.raises(InvalidInputError, match="expected 3|shape|must be"):
+        function(wrong)
+
+
+def test_colors_that_do_not_fit_together_are_refused():
+    with pytest.raises(InvalidInputError, match=r"shapes \(4, 3\) and \(5, 3\)"):
+        color.delta_e_2000(np.ones((4, 3)), np.ones((5, 3)))
+    assert color.delta_e_1976(np.ones((4, 3)), np.ones(3)).shape == (4,)

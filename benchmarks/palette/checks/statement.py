@@ -158,7 +158,7 @@ def best_common(members: dict, exact: dict, box: tuple, metric: np.ndarray, show
 
 
 def metrics(problem: PaletteProblem, shown: np.ndarray) -> np.ndarray:
-    """(R, L, 3, 3): identity, or the slope of CIELAB / 100 at each target or middle, by differences."""
+    """(R, L, 3, 3): identity, or the slope of CIELAB / 100 at each target or middle in a box, by differences."""
     if problem.match == "linear":
         return np.broadcast_to(np.eye(3), (*shown.shape[:2], 3, 3))
     at = shown.copy()
@@ -166,8 +166,10 @@ def metrics(problem: PaletteProblem, shown: np.ndarray) -> np.ndarray:
         for j, cell in enumerate(row):
             if cell.mode in (CellMode.FIXED, CellMode.BLACK) and (cell.weight > 0 or cell.exact):
                 at[i, j] = 0.0 if cell.target is None else cell.target
-    for members, _, _ in groups(problem, weights(problem)[0]):
+    for members, _, (low, high) in groups(problem, weights(problem)[0]):
         middle = np.mean([at[cell] for cell in members], axis=0)
+        with np.errstate(invalid="ignore"):  # no box is from minus infinity to infinity
+            middle = np.where(low > high, (low + high) / 2, np.minimum(np.maximum(middle, low), high))
         for cell in members:
             at[cell] = middle
     slopes = []

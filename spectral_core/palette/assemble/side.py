@@ -237,12 +237,12 @@ class Assembler:
         return [(np.array(rows), np.array(right), np.full(len(rows), np.inf))]
 
     def _metrics(self, state: PaletteState) -> Array:
-        """d(Lab)/d(RGB) per cell (R, L, 3, 3): at its target, or at its present color."""
+        """d(Lab)/d(RGB) per cell (R, L, 3, 3): at its target, or at its present color, limited to its box."""
         at = np.array(state.colors())
         for target in self.requests.targets:
             at[target.cell] = target.color
         for group in self.requests.groups:
-            middle = np.mean([at[cell] for cell in group.members], axis=0)
+            middle = np.clip(np.mean([at[cell] for cell in group.members], axis=0), *group.box)
             for cell in group.members:
                 at[cell] = middle
         return lab_jacobian_from_linear_rgb(at) / LAB_UNIT

@@ -23,7 +23,7 @@ from spectral_core.palette.qp.answer import Answer, answer_at, better, is_strain
 from spectral_core.palette.qp.backends import change_on_rows
 from spectral_core.palette.qp.elastic import softened
 from spectral_core.palette.qp.engine import Engine
-from spectral_core.palette.qp.feasibility import asked_black, forced_black
+from spectral_core.palette.qp.feasibility import asked_black, forced_black, wants_color
 from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]
@@ -46,10 +46,8 @@ NEARLY_BLACK = 1e-4
 """Linear RGB of a shared color from which it is not black. Exact rows that hold within their tolerance leave 1e-6 of
 a color that must be black.
 """
-FAINT = 1e-10
-"""Distance to a bound that is the tolerance of a linear program."""
-NAME = "linear program"
-"""Engine of these answers, as a solution names it."""
+FAINT = 1e-10  # distance to a bound that is the tolerance of a linear program
+NAME = "linear program"  # engine of these answers, as a solution names it
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,6 +231,8 @@ def _beside_black(problem: Quadratic, answer: Answer) -> Answer | None:
     """The compromise where exact cells hold in black alone, which is reported as a conflict: near black are the colors
     that were wanted, with small errors. None if no cell wants a color, so that it is black as well.
     """
+    if not wants_color(problem):  # what a compromise misses is the tolerance of the solver
+        return None
     found = _compromise(problem, answer, BLACK)
     is_colored = worst_miss(problem, problem.joined(found.colors, found.values)) > HELD
     return found if is_colored and found.check.passed else None

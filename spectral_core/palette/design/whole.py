@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState
+from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.design.rounds import SETTLED, Budget, Rounds, SolveTrace
 from spectral_core.palette.design.together import improved
 from spectral_core.palette.qp.elastic import softened
@@ -17,8 +19,14 @@ from spectral_core.palette.solution import PaletteSolution
 
 LEAD = 3
 """Rounds before variable projection, and rounds in linear RGB before CIELAB is linearized."""
-PERCEPTUAL_ROUNDS = 12
-"""Rounds with a fixed reflectance or light side after which the linearized metric counts as settled."""
+PERCEPTUAL_ROUNDS = 60
+"""Most rounds of a single side in CIELAB; five to ten are usual."""
+PLAIN_ROUNDS, COMBINED_ROUNDS = 4, 20
+"""Of these the first ones, each of which begins where the last one ended; and those after which no combination of
+rounds helps.
+"""
+COMBINED, SHARE = 3, 0.3
+"""Most rounds that are combined; and the share of a round that the next one takes where that does not help."""
 LAST_ROUNDS, MOST_RESERVED = 2.5, 0.5
 """Time after a descent, in rounds: a round and the joint check; the largest share of the budget for them."""
 SHARPENINGS = 16
@@ -60,11 +68,13 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
     problem = rounds.assembler.problem
     perceptual = problem.match == "perceptual"
     both = len(rounds.sides) == 2
-    # A single side is one convex problem; in CIELAB a few rounds settle the point of its metric.
-    most = problem.rounds if both else (PERCEPTUAL_ROUNDS if perceptual else 1)
+    if perceptual and not both and rounds.sides:
+        return _settled_in_lab(rounds, rounds.round(state), budget)
+    # A single side is one convex problem.
+    most = problem.rounds if both else 1
     took, checked = 0.0, False
     for number in range(1, most + 1):
-        metric = perceptual and number > (LEAD if both else 1)
+        metric = perceptual and number > LEAD
         if both and number > LEAD:
             budget.reserved = min(LAST_ROUNDS * took, MOST_RESERVED * budget.seconds)
             state = improved(rounds, state, budget, perceptual=metric, race=race and number == LEAD + 1)
@@ -74,7 +84,7 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
         took = max(before - budget.left, took / 2)
         if both and budget.left <= took:  # the joint check takes as long as a round
             break
-        if number > (LEAD if both else 1) and rounds.settled(state, perceptual=metric):
+        if number > LEAD and rounds.settled(state, perceptual=metric):
             checked = metric == perceptual
             break
         if number > LEAD and budget.left <= LAST_ROUNDS * took:  # a descent would leave no time for its last round
@@ -84,6 +94,51 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
     if both:
         return _sharpened(rounds, state, budget, took, perceptual=perceptual)
     return _repeated(rounds, state, budget, perceptual=perceptual)
+
+
+def _settled_in_lab(rounds: Rounds, state: PaletteState, budget: Budget) -> PaletteState:
+    """A single side in CIELAB: rounds until the metric at a solution leaves that solution as it is.
+
+    The metric of a shared color is that at the color itself. Rounds that begin where the last one ended may come back
+    to the same two colors for ever. So later ones begin at the combination of the last ones that would change least if
+    the rounds were linear (Anderson 1965), and where that does not settle, at a share of the way of the last one.
+    """
+    begun: list[PaletteState] = []
+    ended: list[PaletteState] = []
+    point, side = state, rounds.sides[0]
+    for number in range(1, PERCEPTUAL_ROUNDS + 1):
+        state = rounds.round(point, perceptual=True)
+        if rounds.settled(state, perceptual=True):
+            return _repeated(rounds, state, budget, perceptual=True)
+        begun, ended = [*begun, point][-COMBINED:], [*ended, state][-COMBINED:]
+        if budget.spent:
+            break
+        if number <= PLAIN_ROUNDS:
+            point = state
+        elif number <= COMBINED_ROUNDS:
+            point = _weighted(side, ended, _least_change(begun, ended))
+        else:
+            point = _weighted(side, [point, state], [1 - SHARE, SHARE])
+    rounds.check(state, perceptual=True)
+    return _repeated(rounds, state, budget, perceptual=True)
+
+
+def _least_change(begun: Sequence[PaletteState], ended: Sequence[PaletteState]) -> list[float]:
+    """Factors of rounds, with sum 1, with which the changes of their colors nearly cancel each other."""
+    moved = np.array([(after.colors() - before.colors()).ravel() for before, after in zip(begun, ended, strict=True)])
+    factors = np.linalg.lstsq((moved[-1] - moved[:-1]).T, moved[-1], rcond=1e-6)[0].tolist()
+    return [*factors, 1 - sum(factors)]
+
+
+def _weighted(side: Side, states: Sequence[PaletteState], factors: Sequence[float]) -> PaletteState:
+    """The weighted sum of the designed spectra of a side."""
+    columns = zip(*(getattr(each, side) for each in states), strict=True)
+    sums = {
+        item: sum(factor * each for factor, each in zip(factors, own, strict=True))
+        for item, own in enumerate(columns)
+        if own[0] is not None
+    }
+    return states[-1].with_values(side, sums)
 
 
 def _repeated(rounds: Rounds, state: PaletteState, budget: Budget, *, perceptual: bool) -> PaletteState:

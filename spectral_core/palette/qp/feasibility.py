@@ -162,3 +162,10 @@ def asked_black(problem: Quadratic) -> Mask:
             if key in own:
                 found |= block.ties[3 * r : 3 * r + 3].any(axis=0)
     return found
+
+
+def wants_color(problem: Quadratic) -> bool:
+    """True if black misses the request of any cell, exact or not: its color, box, or measured color."""
+    is_colored = any(np.any(block.targets[: 3 * len(block.keys)]) for block in problem.blocks)
+    is_boxed = bool(np.any((problem.color_lower > 0) | (problem.color_upper < 0)))
+    return is_colored or is_boxed or bool(np.any(problem.known_targets))

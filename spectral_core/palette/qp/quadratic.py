@@ -272,15 +272,20 @@ def least_in_box(hessian: Array, linear: Array, low: Array, high: Array, fallbac
     held = np.where(open_ended, 0.0, low)
     inner = np.ascontiguousarray(hessian[open_ended][:, open_ended])
     right = (linear - hessian @ held)[open_ended]
-    # daqp's tolerances are absolute, so the problem is scaled to curvature 1.
-    size = max(float(np.diagonal(inner).max(initial=0.0)), 1e-300)
-    ends = np.minimum(high[open_ended], FAR), np.maximum(low[open_ended], -FAR)
+    # daqp's tolerances are absolute, so each color has a unit in which its curvature is 1: that of exact cells is 10⁸
+    # times that of others.
+    root = np.sqrt(np.maximum(np.diagonal(inner), 1e-300))
+    ends = [
+        np.where(np.abs(end[open_ended]) < FAR, root * end[open_ended], sign * FAR)
+        for end, sign in ((high, 1), (low, -1))
+    ]
     sense = np.zeros(len(inner), dtype=np.int32)
-    found, _, flag, _ = daqp.solve(inner / size, -right / size, np.zeros((0, len(inner))), *ends, sense)
+    scaled = inner / root / root[:, None]
+    found, _, flag, _ = daqp.solve(scaled, -right / root, np.zeros((0, len(inner))), *ends, sense)
     if flag <= 0 or not np.all(np.isfinite(found)):
         return fallback
     best = held.copy()
-    best[open_ended] = np.clip(found, low[open_ended], high[open_ended])
+    best[open_ended] = np.clip(found / root, low[open_ended], high[open_ended])
     return best
 
 

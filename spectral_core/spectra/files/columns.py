@@ -12,7 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError, counted
 from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid, Spectrum
 
 SpectrumKind = Literal["illuminant", "reflectance", "spectrum"]
@@ -123,9 +123,8 @@ def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:
     value_unit = options.value_unit or column.value_unit or "fraction"
     if len(column.wavelengths) < 2:
         line = column.lines[-1] if column.lines else 1
-        raise FileFormatError(
-            f"{path}, line {line}: spectrum {column.name!r} has {len(column.wavelengths)} samples, expected at least 2"
-        )
+        samples = counted(len(column.wavelengths), "sample")
+        raise FileFormatError(f"{path}, line {line}: spectrum {column.name!r} has {samples}, expected at least 2")
     wavelengths = np.array(column.wavelengths) * NM_PER_UNIT[wavelength_unit]
     values = np.array(column.values) * FRACTION_PER_UNIT[value_unit]
     lines = list(column.lines)
