@@ -49,7 +49,7 @@ def sequence(build: Any, folder: Path) -> Any:
     image.source = "SEQUENCE"
     bpy.context.scene.frame_set(5)
     user = textured(build, image).image_user
-    user.frame_duration, user.use_auto_refresh, user.frame_current = 4, True, 9
+    user.frame_duration = 4
     return user
 
 

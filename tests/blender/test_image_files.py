@@ -64,7 +64,7 @@ def test_a_sequence_shows_the_file_of_the_present_frame(build, translate, tmp_pa
     image = bpy.data.images.load(str(tmp_path / "walk_0001.png"))
     image.source = "SEQUENCE"
     user = textured(build, image).image_user
-    user.frame_duration, user.use_auto_refresh = 3, True
+    user.frame_duration = 3
     for frame, number in ((1, 1), (2, 2), (3, 3), (40, 3)):
         bpy.context.scene.frame_set(frame)
         scene = translate()
@@ -77,13 +77,12 @@ def test_a_sequence_shows_the_file_of_the_present_frame(build, translate, tmp_pa
 @pytest.mark.parametrize(
     ("frame", "settings", "file"),
     [(5, {}, 5), (5, {"frame_start": 3}, 3), (12, {"use_cyclic": True}, 2), (10, {"use_cyclic": True}, 10),
-     (0, {"use_cyclic": True}, 10), (-3, {}, 0), (99, {"frame_offset": 4}, 14),
-     (5, {"use_auto_refresh": False, "frame_current": 7}, 7)],
+     (0, {"use_cyclic": True}, 10), (-3, {}, 0), (99, {"frame_offset": 4}, 14)],
 )  # fmt: skip
 def test_frame_numbers_follow_blender(frame, settings, file):
     from blender_addon.translate.shading.image_files import frame_of
 
-    usual = {"frame_duration": 10, "frame_start": 1, "frame_offset": 0, "use_cyclic": False, "use_auto_refresh": True}
+    usual = {"frame_duration": 10, "frame_start": 1, "frame_offset": 0, "use_cyclic": False}
     assert frame_of(SimpleNamespace(**(usual | settings)), frame) == file
 
 

@@ -71,3 +71,27 @@ def test_a_property_that_is_no_finite_number_is_noted(blender, value, is_noted):
     owner["tone"] = value
     assert attributes._is_not_finite((None, owner, owner.data), "tone") is is_noted
     assert not attributes._is_not_finite((None, owner), "other")
+
+
+@pytest.mark.parametrize("custom", [None, 0.25])
+def test_the_color_of_an_instance_is_that_of_its_instancer(build, translate, custom):
+    """Blender gives the objects of a collection the color of the empty that shows it, but not its custom properties."""
+    material = build.material()
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_type, node.attribute_name = "OBJECT", "color"
+    tree.links.new(node.outputs["Color"], tree.nodes["shader"].inputs["Color"])
+    build.plane(material=material)
+    (shown,) = bpy.context.scene.objects
+    shown.color = (0.1, 0.2, 0.3, 0.4)
+    if custom is not None:
+        shown["color"] = custom
+    collection = bpy.data.collections.new("Shown")
+    bpy.context.scene.collection.objects.unlink(shown)
+    collection.objects.link(shown)
+    empty = bpy.data.objects.new("Empty", None)
+    bpy.context.scene.collection.objects.link(empty)
+    empty.instance_type, empty.instance_collection, empty.color = "COLLECTION", collection, (0.9, 0.8, 0.7, 0.6)
+    (instance,) = translate().instances
+    expected = (0.9, 0.8, 0.7, 0.6) if custom is None else (custom, custom, custom, 1.0)
+    assert np.allclose(instance.attributes[0][1], expected)

@@ -102,8 +102,7 @@ NOT_WALKED: dict[str, dict[str, str]] = {
     "Mesh": because(ALIAS, "auto_texspace"),
     "Image": because(
         "Blender has loaded the picture", "file_format filepath_raw pixels use_deinterlace use_multiview"),
-    "ImageUser": because("Blender sets the frame of a render", "frame_current use_auto_refresh")
-    | because("of the image editor", "tile"),
+    "ImageUser": because("of the image editor", "tile"),
     "ColorManagedInputColorspaceSettings": because(ALIAS, "is_data"),
     "SceneRenderView": because("names files, which Blender writes", "file_suffix"),
     "AOV": because("a result", "is_valid"),

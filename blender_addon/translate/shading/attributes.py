@@ -66,6 +66,8 @@ def object_attributes(
                 values.append((read, (stored[3],) * 3 if is_alpha else stored))
                 continue
         value = _first(owners, name)
+        if name == "color" and kind == "OBJECT" and instance.is_instance and own.get(name) is None:
+            value = tuple(map(float, color_of(obj, instance)))  # an instance has no color of its own in Blender
         if value is MISSING and _is_not_finite(owners, name):
             found.translation.note(obj.name, f"its property {name!r} is no finite number; its materials read 0")
         values.append((read, (value[3],) * 3 if is_alpha else value))

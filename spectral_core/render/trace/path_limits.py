@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT
+from spectral_core.render.plugins.closures.lobe import ALONE, TURNED
 from spectral_core.render.plugins.closures.strands import FIBER
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.plugins.paints.ray_marks import SHARP_DENSITY, TRANSLUCENT, is_diffuse
@@ -26,11 +27,11 @@ def squared_share(pdf: Any, other: Any) -> Any:
     return dr.select(dr.isnan(weight), 0.0, weight)
 
 
-def share_of(tables: Any, path: Any, varied_world: int, of: Any = None) -> Any:
+def share_of(tables: Any, path: Any, worlds: tuple[int, int], of: Any = None) -> Any:
     """``share(number, pdf, active)``: weight of a light that a ray hits, given the density of sampling it.
 
-    ``varied_world``: number of an environment that is not even; ``of``: predicate of the lights that count, by their
-    number; all if None.
+    ``worlds``: number of an even environment, and of any other; 0 for none. ``of``: predicate of the lights that
+    count, by their number; all if None.
     """
     import drjit as dr
 
@@ -44,7 +45,8 @@ def share_of(tables: Any, path: Any, varied_world: int, of: Any = None) -> Any:
             lit &= tables.look_up(tables.only_sampled, number) == 0
         # Power heuristic; after a mirror no light could have been sampled, so emission counts in full.
         # Where hair on meshes alone draws directions, Cycles samples no lamp.
-        own = path.before_delta | (path.before_alone & (number != varied_world))
+        own = path.before_delta | (((path.before_alone & ALONE) != 0) & (number != worlds[1]))
+        own |= ((path.before_alone & TURNED) != 0) & (number == worlds[0])
         own = dr.select(own, 1.0, squared_share(path.before_pdf, pdf))
         return dr.select(lit, own, 0.0)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from spectral_core.render.plugins.closures.lobe import ALONE
+from spectral_core.render.plugins.closures.lobe import ALONE, TURNED
 from spectral_core.scene import Rays
 
 
@@ -51,7 +51,7 @@ def path_state_class(variant: str) -> Any:
             "before": mi.Interaction3f,
             "before_pdf": mi.Float,
             "before_delta": mi.Bool,
-            "before_alone": mi.Bool,  # True if a light that is sampled in its direction would not be seen
+            "before_alone": mi.UInt32,  # ALONE or TURNED: what lights that are sampled lack in its direction
             "before_shape": mi.UInt32,
             "least_density": mi.Float,  # of the bounces so far, for Filter Glossy
             "before_both": mi.Bool,  # True if that surface transmits light as well
@@ -103,7 +103,7 @@ def path_state_class(variant: str) -> Any:
             self.before_pdf = dr.select(scatters, bs.pdf, self.before_pdf)
             delta = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Delta)
             self.before_delta = dr.select(scatters, delta, self.before_delta)
-            alone = (bs.sampled_type & ALONE) != 0
+            alone = bs.sampled_type & (ALONE | TURNED)
             self.before_alone = dr.select(scatters, alone, self.before_alone)
             self.before_shape = dr.select(scatters, shape, self.before_shape)
             self.spread(bs.pdf, scatters & ~delta)

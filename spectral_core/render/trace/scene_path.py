@@ -223,7 +223,7 @@ def scene_path_class(variant: str) -> Any:
 
         def share_of(self, path: Any, of: Any = None) -> Any:
             """Weight of a light that a ray hits, against sampling it; a function of its number and density."""
-            return path_limits.share_of(self.tables, path, self.lights.varied_world, of)
+            return path_limits.share_of(self.tables, path, (self.lights.even_world, self.lights.varied_world), of)
 
         def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
             """Direct light of one drawn emitter at a hit (interaction, BSDF, number, even lobe) and what covers it."""

@@ -46,9 +46,10 @@ def tile_image(image: Any, number: int) -> Iterator[Any]:
 
 
 def frame_of(user: Any, frame: int) -> int:
-    """Number of the file that a sequence shows at a frame (Blender's ``BKE_image_user_frame_get``)."""
-    if not user.use_auto_refresh:
-        return int(user.frame_current)
+    """Number of the file that a sequence shows at a frame (Blender's ``BKE_image_user_frame_get``).
+
+    Without Auto Refresh, too: the setting redraws editors alone, and each render computes the number anew.
+    """
     length = int(user.frame_duration)
     if length == 0:
         return 0

@@ -12,6 +12,8 @@ OWN = 1 << 29
 """Type of a drawn direction whose value over the density is known by its closure alone."""
 ALONE = 1 << 27
 """Type of a drawn direction in which the closure has no value for a light that is sampled."""
+TURNED = 1 << 26
+"""Type of a drawn direction that no density counts: an even world, which Cycles does not sample, is shown in full."""
 RAISED = 1 << 28
 """Bit of a closure's flags: its normal is that of a displaced surface, and replaces the smooth one."""
 

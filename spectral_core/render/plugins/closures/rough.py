@@ -11,7 +11,7 @@ from spectral_core.render.plugins.closures.facets.film import film_of, metal_ref
 from spectral_core.render.plugins.closures.facets.microfacet import Microfacets, kept_energy, least_alpha
 from spectral_core.render.plugins.closures.facets.phong import Phong
 from spectral_core.render.plugins.closures.facets.upright import keeps_side, sees_facets, with_valid_normal
-from spectral_core.render.plugins.closures.lobe import Closure, register_closure
+from spectral_core.render.plugins.closures.lobe import OWN, TURNED, Closure, register_closure
 
 
 def both_sides(mi: Any, dr: Any) -> Any:
@@ -143,6 +143,14 @@ def register(mi: Any, dr: Any) -> None:
             if self.kind == "ashikhmin":
                 return Phong(mi, dr, roughness, stretch, least)
             return Microfacets(mi, dr, roughness, stretch, self.kind, least)
+
+        def sample(self, ctx: Any, hit: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
+            bs, weight = super().sample(ctx, hit, sample1, sample2, active)
+            if self.kind == "ashikhmin":  # value and density are those of the direction as drawn, as in Cycles
+                size = dr.norm(bs.wo)
+                bs.sampled_type |= dr.select(size > 1.0 + 1e-5, mi.UInt32(OWN | TURNED), 0)
+                bs.wo /= size
+            return bs, weight
 
         def draw(self, hit: Any, si: Any, wi: Any, samples: Any, active: Any) -> Any:
             return self.facets(si, active).mirrored(wi, samples[1])[0]

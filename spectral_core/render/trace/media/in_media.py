@@ -121,7 +121,7 @@ def scatter(
     path.before_pdf = dr.select(turns, density, path.before_pdf)
     path.spread(density, turns)
     path.before_delta &= ~turns
-    path.before_alone &= ~turns
+    path.before_alone = dr.select(turns, 0, path.before_alone)
     path.before_both |= turns
     path.before_kinds = dr.select(turns, int(Rays.VOLUME), path.before_kinds)
     path.before_shape = dr.select(turns, receiver(path), path.before_shape)

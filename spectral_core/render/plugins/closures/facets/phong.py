@@ -32,7 +32,7 @@ class Phong:
         return 2.0 / self.dr.square(alpha) - 2.0
 
     def mirrored(self, wi: Any, sample: Any) -> tuple[Any, Any]:
-        """Sampled direction, and the cosine to its facet."""
+        """Sampled direction, whose length may exceed 1, and the cosine to its facet."""
         mi, dr = self.mi, self.dr
         # the azimuth, by quadrants (Eq. 9), and the cosine along it (Eq. 10)
         quarter = 4.0 * sample.x
@@ -51,13 +51,15 @@ class Phong:
         flat = dr.safe_sqrt(1.0 - z * z)
         normal = mi.Vector3f(x * flat, y * flat, z)
         facing = dr.dot(wi, normal)
-        return 2.0 * facing * normal - wi, facing
+        # As in Cycles, a facet that turns away from the viewer mirrors, too, by the size of its cosine. The direction
+        # is then longer than 1, and no density counts it, so that it shows more of an even world than of a lamp.
+        return 2.0 * dr.abs(facing) * normal - wi, facing
 
     def reflection(self, wi: Any, wo: Any) -> tuple[Any, Any, Any]:
         """Value · cosine and density of a white surface, 0 below it, and the cosine to the facet."""
         dr = self.dr
         half = dr.normalize(wi + wo)
-        facing = dr.maximum(dr.dot(wi, half), 1e-6)
+        facing = dr.maximum(dr.abs(dr.dot(wi, half)), 1e-6)
         height = dr.clip(half.z, 1e-6, 1.0)
         flat = 1.0 - dr.square(height)
         exponent = (self.along * dr.square(half.x) + self.across * dr.square(half.y)) / dr.maximum(flat, 1e-9)
