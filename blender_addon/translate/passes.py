@@ -38,7 +38,7 @@ NOT_RENDERED = {
 }  # fmt: skip
 """Cycles' check boxes without a pass here."""
 OF_OTHERS = {"use_pass_combined", "use_pass_cryptomatte_accurate", "use_pass_grease_pencil"}
-"""Check boxes without a separate pass: the picture, an option of another pass, and a pass of Grease Pencil only."""
+"""Check boxes without a separate pass: the picture, an option of another pass, and one that Blender itself draws."""
 LETTERS = {
     "Depth": "Z", "Mist": "Z", "Position": "XYZ", "Normal": "XYZ", "UV": "UVA", "Object Index": "X",
     "Material Index": "X", "Denoising Normal": "XYZ", "Denoising Depth": "Z", "Debug Sample Count": "X",
@@ -114,7 +114,6 @@ def pass_notes(layer: Any) -> tuple[Note, ...]:
         and getattr(layer, prop.identifier)
     ]
     asked += [name for tick, name in NOT_RENDERED.items() if getattr(cycles, tick, False)]
-    asked += ["Freestyle lines"] if layer.use_freestyle and layer.id_data.render.use_freestyle else []
     if not asked:
         return ()
     which = ", ".join(asked)
