@@ -213,6 +213,8 @@ class SPECTRAL_PT_passes_data(_PassesPanel, bpy.types.Panel):
             "combined", "z", "mist", "position", "normal", "uv", "object_index", "material_index",
         ):  # fmt: skip
             column.prop(layer, f"use_pass_{name}")
+        if hasattr(layer, "use_pass_grease_pencil"):  # from 5.0 on
+            column.prop(layer, "use_pass_grease_pencil", text="Grease Pencil")
         if cycles is not None:
             column.prop(cycles, "denoising_store_passes", text="Denoising Data")
             column.prop(cycles, "pass_debug_sample_count", text="Sample Count")

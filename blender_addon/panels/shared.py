@@ -28,8 +28,6 @@ TWINS = {
     "RENDER_PT_eevee_film": "CYCLES_RENDER_PT_film", "VIEWLAYER_PT_filter": "CYCLES_RENDER_PT_filter",
 }  # fmt: skip
 """Panels, each with the larger one that is shown in its place, if there is one."""
-NOT_DRAWN = ("freestyle", "gpencil", "grease_pencil", "greasepencil")
-"""Parts of the names of panels of features that this engine does not render."""
 
 _with_own_set: list[Any] = []
 """Panels whose set of engines was that of their base class."""
@@ -44,7 +42,6 @@ def shared_panels() -> list[Any]:
         for panel in panels
         if (panel.__name__ in BORROWED or "BLENDER_RENDER" in panel.COMPAT_ENGINES)
         and TWINS.get(panel.__name__) not in names
-        and not any(word in panel.__name__.lower() for word in NOT_DRAWN)
     ]
 
 

@@ -16,6 +16,13 @@ def tag(properties: PropertyGroup, _context: Context) -> None:
     properties.id_data.update_tag()
 
 
+def tag_passes(properties: PropertyGroup, context: Context) -> None:
+    """Notify Blender, and let it list the passes anew: the compositor has sockets for them."""
+    tag(properties, context)
+    for layer in properties.id_data.view_layers:
+        layer.update_render_passes()
+
+
 RENDER_FIELDS = by_name(
     Field(
         "samples", IntProperty, "samples", name="Samples", default=128, min=1, soft_max=4096,
@@ -105,7 +112,7 @@ class SpectralRender(bpy.types.PropertyGroup):
     seed: RENDER_FIELDS["seed"].declared(tag)
     transport: RENDER_FIELDS["transport"].declared(tag)
     tolerance: RENDER_FIELDS["tolerance"].declared(tag)
-    denoise: RENDER_FIELDS["denoise"].declared(tag)
+    denoise: RENDER_FIELDS["denoise"].declared(tag_passes)
     overrides: CollectionProperty(type=SpectralPlanChoice)
     plan: CollectionProperty(type=SpectralPlanLine)
     plan_accepted: FloatProperty(description="Largest color error (ΔE2000) of the plan")

@@ -33,7 +33,9 @@ from .volumes import GridFile, has_transfer, note_velocity, saved_of, settings_d
 
 AS_MESH = ("CURVE", "SURFACE", "FONT", "META")
 """Objects whose faces Blender lists as a separate mesh instance."""
-LEFT_OUT = dict.fromkeys(("GPENCIL", "GREASEPENCIL"), "grease pencil is not rendered")
+DRAWN_BY_BLENDER = "Blender itself draws {} over the picture; mirrors, spectral bands, recordings and exports have none"
+"""Note on what Blender draws over the finished picture of every engine, if it can draw at all (by OpenGL or Vulkan)."""
+LEFT_OUT = dict.fromkeys(("GPENCIL", "GREASEPENCIL"), DRAWN_BY_BLENDER.format("grease pencil"))
 UNSEEN = ("EMPTY", "CAMERA", "ARMATURE", "LATTICE", "SPEAKER", "LIGHT_PROBE")
 """Types of objects that no ray meets."""
 

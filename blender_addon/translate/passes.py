@@ -38,7 +38,7 @@ NOT_RENDERED = {
 }  # fmt: skip
 """Cycles' check boxes without a pass here."""
 OF_OTHERS = {"use_pass_combined", "use_pass_cryptomatte_accurate", "use_pass_grease_pencil"}
-"""Check boxes without a separate pass: the picture, an option of another pass, and a pass of Grease Pencil only."""
+"""Check boxes without a separate pass: the picture, an option of another pass, and one that Blender itself draws."""
 LETTERS = {
     "Depth": "Z", "Mist": "Z", "Position": "XYZ", "Normal": "XYZ", "UV": "UVA", "Object Index": "X",
     "Material Index": "X", "Denoising Normal": "XYZ", "Denoising Depth": "Z", "Debug Sample Count": "X",
@@ -66,19 +66,30 @@ class Slot:
 
 def passes_of(scene: Any, layer: Any) -> Passes | None:
     """The passes that a view layer requests beside the picture; None for none."""
+    taken, names, groups = _requested(scene, layer)
+    names, groups = [name for name in names if name not in taken], [name for name in groups if name not in taken]
+    if not names and not taken and not groups:
+        return None
+    world = scene.world
+    mist = Mist() if world is None else _mist(world.mist_settings)
+    levels = min(max(int(layer.pass_cryptomatte_depth), 2), 16)
+    lit = tuple(name.removeprefix(GROUP_PREFIX) for name in groups)
+    return Passes(tuple(names), tuple(taken.items()), lit, mist, float(layer.pass_alpha_threshold), levels)
+
+
+def _requested(scene: Any, layer: Any) -> tuple[dict[str, str], list[str], list[str]]:
+    """Type of each AOV by its name, other passes, and passes of light groups.
+
+    Blender checks the name of an AOV against other passes when it is typed, not against those of later switches and
+    groups. Of two passes of one name the AOV is in the file, as with Cycles.
+    """
     cycles = getattr(layer, "cycles", None)
     names = [name for tick, name in OF_LAYER.items() if getattr(layer, tick, False)]
     names += [name for tick, more in OF_CYCLES.items() if getattr(cycles, tick, False) for name in more]
     if scene.spectral.render.denoise:
         names.append("Noisy Image")
-    aovs = tuple((aov.name, aov.type) for aov in layer.aovs if aov.is_valid)
-    groups = tuple(group.name for group in layer.lightgroups)
-    if not names and not aovs and not groups:
-        return None
-    world = scene.world
-    mist = Mist() if world is None else _mist(world.mist_settings)
-    levels = min(max(int(layer.pass_cryptomatte_depth), 2), 16)
-    return Passes(tuple(names), aovs, groups, mist, float(layer.pass_alpha_threshold), levels)
+    groups = [GROUP_PREFIX + group.name for group in layer.lightgroups]
+    return {aov.name: aov.type for aov in layer.aovs if aov.is_valid}, names, groups
 
 
 def _mist(settings: Any) -> Mist:
@@ -103,8 +114,14 @@ def slots_of(wanted: Passes) -> list[Slot]:
 
 
 def pass_notes(layer: Any) -> tuple[Note, ...]:
-    """A note that names every enabled pass that is not rendered."""
-    cycles = getattr(layer, "cycles", None)
+    """Notes that name every enabled pass that is not rendered, and those in whose place an AOV is."""
+    subject, cycles = f"view layer {layer.name}", getattr(layer, "cycles", None)
+    taken, names, groups = _requested(layer.id_data, layer)
+    notes = [
+        Note(subject, f"the pass {name!r} holds the AOV of this name, and no other; rename the AOV")
+        for name in (*names, *groups)
+        if name in taken
+    ]
     asked = [
         prop.name
         for prop in layer.bl_rna.properties
@@ -114,11 +131,9 @@ def pass_notes(layer: Any) -> tuple[Note, ...]:
         and getattr(layer, prop.identifier)
     ]
     asked += [name for tick, name in NOT_RENDERED.items() if getattr(cycles, tick, False)]
-    asked += ["Freestyle lines"] if layer.use_freestyle and layer.id_data.render.use_freestyle else []
-    if not asked:
-        return ()
-    which = ", ".join(asked)
-    return (Note(f"view layer {layer.name}", f"{which}: not rendered; the file does not hold it"),)
+    if asked:
+        notes.append(Note(subject, f"{', '.join(asked)}: not rendered; the file does not hold it"))
+    return tuple(notes)
 
 
 def fill_passes(places: Any, passes: dict[str, NDArray[np.float32]], view: str, working_from_rgb: Any) -> None:

@@ -22,7 +22,7 @@ from .context import Translation, overridden
 from .ledger import note_changed
 from .lighting.patterns import follows_camera
 from .lighting.world import translate_world
-from .objects import collect, everything
+from .objects import DRAWN_BY_BLENDER, collect, everything
 from .settings import sampling_of, settings_of
 from .viewport.answers import forget_outdated, kept_or_asked
 from .viewport.kept import Kept
@@ -69,6 +69,8 @@ def translate_scene(
     layer = depsgraph.view_layer
     for item in (layer, getattr(layer, "cycles", None)):
         note_changed(translation, layer.name, item)
+    if kept is None and layer.use_freestyle and source.render.use_freestyle:  # of no engine in views
+        translation.note(layer.name, DRAWN_BY_BLENDER.format("Freestyle lines"))
     world = overridden(depsgraph, "world_override") or source.world
     # before the walk over the objects: one that cannot be continued would begin anew if the time ended after it
     world = world if depsgraph.view_layer_eval.use_sky else None
