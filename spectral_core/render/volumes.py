@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from spectral_core.errors import UnknownNameError
-from spectral_core.render.lens.camera_rays import camera_frame
+from spectral_core.render.lens.camera_rays import CameraFrame, camera_frame, rays
 from spectral_core.scene import Camera, Film, Note, Rays, Scene, VolumeObject
 from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.volume.field import ScalarVolume
@@ -20,6 +20,8 @@ LIGHTING = ("even", "scene", "shadows")
 """Light of volumes with lit materials: even and white, the scene's lights, or these with shadows to and from
 surfaces.
 """
+_WIDEST = np.radians(120.0)
+"""Largest angle of view for which the steps of a panoramic camera are chosen."""
 WITHOUT_SHADOWS = (
     "its steps are chosen without shadows, since a sky or more than three lamps light it: the picture with shadows may "
     "have less than the wanted quality. Raise it if that matters"
@@ -62,7 +64,8 @@ def volume_integrator(
         for handle in description["handles"].split(","):
             release(handle)
     if like is None:
-        integrator.fields.prepare(view_of(scene.camera, scene.film), loaded)
+        views = [view_of(scene.camera, scene.film, item.volume) for item in items]
+        integrator.fields.prepare(views, loaded)
     else:
         integrator.fields.take_steps(like.fields)
     return integrator
@@ -78,16 +81,40 @@ def missed_qualities(integrator: Any) -> tuple[Note, ...]:
     return tuple(notes)
 
 
-def view_of(camera: Camera, film: Film) -> View:
-    """The camera for the pilot rays of a volume: square pixels, no lens, no shift."""
+def view_of(camera: Camera, film: Film, volume: ScalarVolume) -> View:
+    """The camera for the pilot rays of a volume: square pixels, no lens; flat, toward the volume, for a panorama."""
     frame = camera_frame(camera, film)
+    if camera.panorama is not None:
+        return _view_toward(volume, frame, film)
     matrix = np.eye(4)
     matrix[:3] = np.stack([-frame.right, frame.up, -frame.back, frame.origin], axis=1)
     across, upwards = frame.high - frame.low
     height = max(1, round(film.width * float(upwards / across)))
+    middle = (frame.high + frame.low) / 2 / across
+    shift = float(middle[0]), float(middle[1])
     if camera.kind == "orthographic":
-        return View(matrix, film.width, height, fov_deg=None, ortho_width=float(across))
-    return View(matrix, film.width, height, fov_deg=float(np.degrees(2 * np.arctan(across / 2))))
+        return View(matrix, film.width, height, fov_deg=None, ortho_width=float(across), shift=shift)
+    return View(matrix, film.width, height, fov_deg=float(np.degrees(2 * np.arctan(across / 2))), shift=shift)
+
+
+def _view_toward(volume: ScalarVolume, frame: CameraFrame, film: Film) -> View:
+    """A flat picture of a volume from the place of a panoramic camera, with pixels as large as at its middle.
+
+    It shows the sphere around the volume, and ``_WIDEST`` at most.
+    """
+    corners = volume.corners_world
+    middle = corners.mean(axis=0)
+    away, radius = middle - frame.origin, float(np.linalg.norm(corners - middle, axis=1).max())
+    distance = float(np.linalg.norm(away))
+    is_inside = distance <= radius
+    fov = _WIDEST if is_inside else min(2.0 * float(np.arcsin(radius / distance)), _WIDEST)
+    ahead = -frame.back if distance < 1e-6 * radius else away / distance
+    up = frame.up if abs(ahead @ frame.up) < 0.99 else frame.back
+    places = np.array([0.5, 0.5 + 1.0 / film.width]), np.array([0.5, 0.5])
+    _, toward, _ = rays(frame, places, (np.zeros(2), np.zeros(2)), lambda *parts: np.stack(np.broadcast_arrays(*parts)))
+    pixel = max(float(np.linalg.norm(toward[:, 1] - toward[:, 0])), 1e-9)
+    size = int(np.clip(round(2.0 * np.tan(fov / 2.0) / pixel), 1, film.width))
+    return View.looking(frame.origin, frame.origin + ahead, up, width=size, height=size, fov_deg=float(np.degrees(fov)))
 
 
 def require_lighting(volume: VolumeObject) -> str:

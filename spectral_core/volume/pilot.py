@@ -102,7 +102,7 @@ class Pilot:
         before: Pilot | None = None,
     ) -> None:
         self.renderer, self.view, self.transfer, self.quality_db = renderer, view, transfer, quality_db
-        self.palette, self.parts = renderer.palette(transfer), renderer.parts
+        self.parts = renderer.parts + transfer.has_dark  # the last part is the opacity, see ``_colors``
         self.places: Places = places_with(view, renderer.shown_corners(transfer), count, single)
         x, y, self.is_whole = self.places.x, self.places.y, self.places.is_whole
         self.count, self._quadrature = self.places.sampled, quadratures_of(transfer.uses_gradient)[-1]
@@ -274,16 +274,20 @@ class Pilot:
         channels = [np.concatenate(each) for each in zip(*parts, strict=True)]
         weights = self.places.weights
         samples, steps = (float(np.average(each, weights=weights)) for each in channels[-2:])
-        return _colors(channels, self.palette) * np.sqrt(weights)[:, None], samples, steps
+        return self._colors(channels, self.renderer) * np.sqrt(weights)[:, None], samples, steps
 
     def _traced(self, stepping: Stepping, limits: Limits, pixels: tuple[Any, Any]) -> Array:
         sight = self.renderer.sight
-        return _colors(sight.trace(self.view, self.transfer, stepping, pixels, limits), sight.palette(self.transfer))
+        return self._colors(sight.trace(self.view, self.transfer, stepping, pixels, limits), sight)
 
-
-def _colors(channels: list[NDArray[Any]], palette: Array) -> Array:
-    colors: Array = np.stack(channels[: len(palette)], axis=-1).astype(np.float64) @ palette
-    return colors
+    def _colors(self, channels: list[NDArray[Any]], renderer: RayTracer) -> Array:
+        """The picture of marched rays; with dark materials their opacity, too, as an error of these hardly shows in the
+        light.
+        """
+        palette = renderer.palette(self.transfer)
+        colors: Array = np.stack(channels[: len(palette)], axis=-1).astype(np.float64) @ palette
+        opacity = np.tile(1.0 - channels[-3].astype(np.float64)[:, None], palette.shape[1] // renderer.parts)
+        return np.append(colors, opacity, axis=-1) if self.transfer.has_dark else colors
 
 
 def coarsest(rule: Rule) -> float:

@@ -158,12 +158,13 @@ def most_apart(view: View, corners: Array, compared: Compared, most: int) -> tup
     the energy of the picture. Differences without effect are left out.
 
     ``compared`` takes the centers x and y of pixels and returns (pixels,) differences and energies of their colors. It
-    is asked for all pixels of the rectangle that ``corners`` project to, some rows at a time.
+    is asked for all pixels of the rectangle that ``corners`` project to, some rows at a time; there are none if it is
+    beside the picture.
     """
     first, last = rectangle(view, corners)[2:]
     rows = max(4, BAND // max(int(last[0] - first[0]), 1) // 4 * 4)
     found, at, energy = np.zeros(0), np.zeros((0, 2)), 0.0
-    for top in range(int(first[1]), int(last[1]), rows):
+    for top in range(int(first[1]), int(last[1]), rows) if first[0] < last[0] else ():
         x, y = _in_tiles((int(first[0]), top), (int(last[0]), min(top + rows, int(last[1]))))
         apart, energies = compared(x, y)
         energy += float(np.sum(energies))
@@ -188,17 +189,29 @@ def missed_by_sample(places: Places, view: View, pixels: Pixels, apart: Array) -
     return whole, whole - stands_for * float(apart[others & np.isin(flat, sample)].sum())
 
 
+def is_in_picture(view: View, corners: Array) -> bool:
+    """False if the rectangle that ``corners`` project to has no pixel."""
+    first, last = rectangle(view, corners)[2:]
+    return bool(np.all(first < last))
+
+
 def rectangle(view: View, corners: Array) -> tuple[Array, Array, Pixels, Pixels]:
-    """Least and greatest picture coordinates that ``corners`` project to, in pixels, and its first and last pixels."""
+    """Least and greatest picture coordinates that ``corners`` project to, in pixels, and its first and last pixels.
+
+    It is empty if they are beside the picture or behind the camera.
+    """
     inverse = np.linalg.inv(view.world_from_camera)
     local = corners @ inverse[:3, :3].T + inverse[:3, 3]
     picture = np.array([[0.0, 0.0], [view.width, view.height]])
+    axis = picture[1] / 2 + np.array([-view.shift[0], view.shift[1]]) * view.width  # where it meets the picture
     if view.fov_deg is None:
         scale = view.width / view.ortho_width
-        places = picture[1] / 2 - local[:, :2] * scale
+        places = axis - local[:, :2] * scale
     elif local[:, 2].min() > 1e-3 * local[:, 2].max():
         scale = view.width / (2 * math.tan(math.radians(view.fov_deg) / 2))
-        places = picture[1] / 2 - local[:, :2] / local[:, 2:] * scale
+        places = axis - local[:, :2] / local[:, 2:] * scale
+    elif local[:, 2].max() < 0.0:
+        places = picture[:1]
     else:  # the camera is inside the field, or part of the field is behind it
         places = picture
     low, high = np.clip(places.min(0), picture[0], picture[1]), np.clip(places.max(0), picture[0], picture[1])

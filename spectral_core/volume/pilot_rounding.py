@@ -118,7 +118,9 @@ def beside(view: View, volume: ScalarVolume, x: Array, y: Array) -> tuple[Array,
         return x - moved[:, 0] / pixel, y - moved[:, 1] / pixel
     # Points of a ray: depth times these slopes, in the camera's space.
     half = np.tan(np.radians(view.fov_deg) / 2)
-    across = (1 - 2 * x / view.width) * half, (1 - 2 * y / view.height) * half * view.height / view.width
+    left = 1 - 2 * x / view.width - 2 * view.shift[0]
+    up = (1 - 2 * y / view.height) * view.height / view.width + 2 * view.shift[1]
+    across = left * half, up * half
     pixel = 2 * half / view.width * _depths(view, volume, x, y)
     right, down = ((moved[:, axis] - across[axis] * moved[:, 2]) / pixel for axis in range(2))
     return x - right, y - down

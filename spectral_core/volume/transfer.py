@@ -23,6 +23,7 @@ FARTHEST_KNOT = 1e300
 """Largest size of a knot: the difference of two knots is a double."""
 LARGEST = 1e30
 """Largest extinction, emission, weight and color: its product with a step fits into single precision."""
+_DARK = 0.01  # of the brightest color
 
 Array = NDArray[np.float64]
 
@@ -122,6 +123,12 @@ class TransferFunction:
     def has_emission(self) -> bool:
         """True if some material has emission."""
         return any(_emission(material).any() for material in self.materials)
+
+    @property
+    def has_dark(self) -> bool:
+        """True if a material that takes light is black, or much darker than another: it shows by what it hides."""
+        brightest = _DARK * max(float(material.color.max()) for material in self.materials)
+        return any(bool(m.extinction.any()) and float(m.color.max()) <= brightest for m in self.materials)
 
     @property
     def uses_gradient(self) -> bool:

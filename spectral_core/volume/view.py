@@ -16,6 +16,8 @@ from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 Array = NDArray[np.float64]
 LEAST_FOV, GREATEST_FOV = 1e-6, 179.999
 """Degrees: those of every camera of a scene, a narrow part of its picture included."""
+GREATEST_SHIFT = 1e12
+"""Widths of the picture."""
 
 
 @read_only_when_copied
@@ -28,6 +30,9 @@ class View:
     ``fov_deg`` is the angle across the picture's width; None makes it orthographic with ``ortho_width`` world units
     across. Rays of a perspective camera start at the camera, so it may be inside a field; those of an
     orthographic camera come from infinitely far behind it.
+
+    ``shift`` (right, up) moves the picture against the axis of view, in widths of the picture: the lens shift of
+    Blender and of view cameras. ``fov_deg`` is that of the picture without it.
     """
 
     world_from_camera: Array
@@ -35,6 +40,7 @@ class View:
     height: int = 512
     fov_deg: float | None = 30.0
     ortho_width: float = field(default=0.0)
+    shift: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -46,11 +52,15 @@ class View:
             require_range("ortho_width", self.ortho_width, 1e-30, 1e30)
         else:
             _checked_fov(self.fov_deg)
+        shift = frozen_array("shift of a view", self.shift, (2,)).tolist()
+        for value in shift:
+            require_range("shift of a view", value, -GREATEST_SHIFT, GREATEST_SHIFT, " widths")
+        object.__setattr__(self, "shift", (shift[0], shift[1]))
 
     @property
     def key(self) -> tuple[object, ...]:
         """Key of a view under which a plan is cached; equal for equal views."""
-        return self.world_from_camera.tobytes(), self.width, self.height, self.fov_deg, self.ortho_width
+        return self.world_from_camera.tobytes(), self.width, self.height, self.fov_deg, self.ortho_width, self.shift
 
     @classmethod
     def looking(cls, origin: ArrayLike, target: ArrayLike, up: ArrayLike = (0, 0, 1), **rest: Any) -> View:
@@ -156,7 +166,8 @@ class View:
         half = self.ortho_width / 2 if self.fov_deg is None else np.tan(np.radians(self.fov_deg) / 2)
         pixel = 2 * half / self.width
         # +x of the camera points to the left of the picture, as in Mitsuba; rows run downwards.
-        across = np.stack([side * half + up * half * self.height / self.width, -side * pixel, -up * pixel])
+        left, top = half * (1 - 2 * self.shift[0]), half * (self.height / self.width + 2 * self.shift[1])
+        across = np.stack([side * left + up * top, -side * pixel, -up * pixel])
         fixed = np.stack([origin - middle, np.zeros(3), np.zeros(3)])
         along = np.stack([ahead, np.zeros(3), np.zeros(3)])
         return (fixed + across, along) if self.fov_deg is None else (fixed, along + across)
@@ -171,8 +182,11 @@ class View:
                 "type": "perspective",
                 "fov": self.fov_deg,
                 "fov_axis": "x",
+                "principal_point_offset_x": self.shift[0],
+                "principal_point_offset_y": -self.shift[1] * self.width / self.height,
                 "to_world": mi.ScalarTransform4f(matrix),
             }
+        matrix[:3, 3] += self.ortho_width * (self.shift[1] * matrix[:3, 1] - self.shift[0] * matrix[:3, 0])
         matrix[:3, :2] *= self.ortho_width / 2
         return {"type": "orthographic", "to_world": mi.ScalarTransform4f(matrix)}
 

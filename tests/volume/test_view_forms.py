@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
+from spectral_core.volume.pilot_places import is_in_picture, rectangle
 from spectral_core.volume.presets import preset
 from spectral_core.volume.view import View
 
@@ -124,8 +127,8 @@ def test_cameras_of_mitsuba_have_the_same_rays() -> None:
     mi = pytest.importorskip("mitsuba")
     mi.set_variant("scalar_rgb")
     volume = box()
-    for fov in (35.0, None):
-        view = View.around(volume, 20.0, 10.0, fov_deg=fov, width=6, height=4)
+    for fov, shift in itertools.product((35.0, None), ((0.0, 0.0), (0.7, -0.3))):
+        view = View.around(volume, 20.0, 10.0, fov_deg=fov, width=6, height=4, shift=shift)
         film = {"type": "hdrfilm", "width": 6, "height": 4, "rfilter": {"type": "box"}}
         sensor = mi.load_dict({**view.mitsuba_sensor(), "film": film, "near_clip": 1e-3, "far_clip": 1e4})
         start, toward = view.rays_world()
@@ -241,3 +244,54 @@ def test_scales_that_no_march_has_are_refused(scale: float) -> None:
     """They were taken as the shortest step, or the longest one, without a word."""
     with pytest.raises(InvalidInputError, match="the scale of the steps"):
         Stepping("uniform", "midpoint", scale)
+
+
+@pytest.mark.parametrize("fov", [90.0, None])
+def test_a_shift_moves_the_picture_to_the_right_and_up(fov):
+    """The camera looks along -x, so that y is right of it; the picture is 2 wide at distance 1."""
+    view = View.looking((10, 0, 0), (0, 0, 0), width=4, height=2, fov_deg=fov, ortho_width=2.0, shift=(0.5, -0.25))
+    start, toward = view.rays_world()
+    # the middle of the picture is 0.5 · 2 right of and 0.25 · 2 below the axis
+    place = start.mean(axis=(0, 1)) if fov is None else (toward / -toward[..., :1]).mean(axis=(0, 1))
+    np.testing.assert_allclose(place[1:], [1.0, -0.5], atol=1e-12)
+    volume = box()
+    rays, _ = view.index_rays(volume)
+    along = rays[1][0] + 2.5 * rays[1][1] + 0.5 * rays[1][2]
+    expected = volume.index_from_world[:3, :3] @ toward[0, 2]
+    np.testing.assert_allclose(along / np.linalg.norm(along), expected / np.linalg.norm(expected), atol=1e-12)
+    with pytest.raises(InvalidInputError, match="shift of a view"):
+        View.looking((10, 0, 0), (0, 0, 0), shift=(1e13, 0))
+    assert view.key != View.looking((10, 0, 0), (0, 0, 0), width=4, height=2, fov_deg=fov, ortho_width=2.0).key
+
+
+@pytest.mark.parametrize("fov", [50.0, None])
+def test_the_pixels_of_a_field_are_those_whose_rays_meet_it(fov):
+    rng = np.random.default_rng(3)
+    volume = box()
+    corners = volume.corners_world
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    seen = 0
+    for _ in range(40):
+        shift = tuple(rng.uniform(-1.5, 1.5, 2))
+        view = View.around(volume, *rng.uniform(-80, 80, 2), fov_deg=fov, width=30, height=20, shift=shift)
+        start, toward = view.rays_world()
+        ways = np.stack([(low - start) / toward, (high - start) / toward])
+        rows, columns = np.nonzero(ways.min(axis=0).max(axis=-1) < ways.max(axis=0).min(axis=-1))
+        if not len(rows):
+            continue
+        seen += 1
+        assert is_in_picture(view, corners)
+        first, last = rectangle(view, corners)[2:]
+        for ends, places, size in zip(zip(first, last, strict=True), (columns, rows), (30, 20), strict=True):
+            assert ends[0] <= places.min() and places.max() < ends[1]
+            # A corner of the field may be beside the picture, so that the rectangle is larger; else it is as tight.
+            inside = first.min() > 0 and last[0] < 30 and last[1] < 20
+            assert not inside or (places.min() - ends[0] <= 1 and ends[1] - places.max() <= 2), size
+    assert 5 < seen < 35
+
+
+def test_a_field_behind_the_camera_is_in_no_picture():
+    volume, ahead = box(), np.array([1.0, 0.0, 0.0])
+    middle = volume.corners_world.mean(axis=0)
+    assert not is_in_picture(View.looking(middle + 20 * ahead, middle + 40 * ahead), volume.corners_world)
+    assert is_in_picture(View.looking(middle + ahead, middle + 40 * ahead), volume.corners_world)

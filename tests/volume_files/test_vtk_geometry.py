@@ -58,6 +58,18 @@ def vti(
     return path
 
 
+@pytest.mark.parametrize("stated", ['encoding="base64"', "encoding='base64'", "encoding = 'base64'"])
+def test_appended_data_state_their_encoding_in_either_quotes(tmp_path: Path, stated: str) -> None:
+    values = np.arange(8, dtype=np.float32)
+    text = (
+        "<VTKFile type='ImageData' byte_order='LittleEndian'><ImageData WholeExtent='0 1 0 1 0 1'><Piece "
+        "Extent='0 1 0 1 0 1'><PointData><DataArray type='Float32' Name='v' format='appended' offset='0'/></PointData>"
+        f"</Piece></ImageData><AppendedData {stated}>_{inline(values)}</AppendedData></VTKFile>"
+    )
+    (tmp_path / "v.vti").write_text(text)
+    np.testing.assert_array_equal(read_volume(tmp_path / "v.vti").data.ravel("F"), values)
+
+
 @pytest.mark.parametrize("of_cells", [False, True])
 @pytest.mark.parametrize("components", [1, 3])
 def test_pieces_of_several_components_are_joined(tmp_path: Path, of_cells: bool, components: int) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,13 @@ from spectral_core.volume.mitsuba_integrator.lit_rays import LitRays
 from spectral_core.volume.mitsuba_integrator.scene_colors import SceneColors
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, VolumeSettings
 from spectral_core.volume.mitsuba_integrator.unit_light import UnitLit, emitter_groups, sees_shadows
-from spectral_core.volume.pilot_places import RayTracer
+from spectral_core.volume.pilot_places import RayTracer, is_in_picture
 from spectral_core.volume.plan import Plan, plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View
 
 _KEPT_PLANS = 32  # sensors whose steps are remembered
+_BESIDE = 128  # pixels across the view for which the steps of a field beside the picture are chosen
 
 
 def variant_types() -> Any:
@@ -77,17 +79,21 @@ class SceneFields:
         left = iter(amounts)
         return [next(left) if item.in_camera else none for item in self.items for _ in item.transfer.materials]
 
-    def prepare(self, view: View | None, scene: Any = None) -> None:
-        """Choose steps (for ``view``, else for one around each field) and put everything on the device.
+    def prepare(self, view: View | Sequence[View] | None, scene: Any = None) -> None:
+        """Choose steps and put everything on the device.
+
+        ``view``: of the picture, or one for each field; None for a view around each.
 
         With ``shading``, the pilot rays are lit by the emitters of Mitsuba's ``scene``, each at one strength and one
         spectrum, so that other ones have the same steps; without it they see even light.
         """
-        key = None if view is None else view.key
+        views: list[View | None]
+        views = [view] * len(self.items) if view is None or isinstance(view, View) else [*view]
+        key = None if view is None else tuple(each.key for each in views if each is not None)
         if key not in self._kept:
             while len(self._kept) >= _KEPT_PLANS:
                 self._kept.pop(next(iter(self._kept)))
-            self._kept[key] = self._prepared(view, scene if self.settings.shading else None)
+            self._kept[key] = self._prepared(views, scene if self.settings.shading else None)
         self.plans, self.placed = self._kept[key]
 
     def take_steps(self, other: SceneFields) -> None:
@@ -97,14 +103,14 @@ class SceneFields:
             self.plans, self.placed = self._kept[key]
         self.shadows_planned = other.shadows_planned
 
-    def _prepared(self, view: View | None, scene: Any) -> tuple[tuple[Plan | None, ...], list[Placed]]:
+    def _prepared(self, views: list[View | None], scene: Any) -> tuple[tuple[Plan | None, ...], list[Placed]]:
         numbers = range(len(self.items))
         self.shadows_planned = self.settings.shadows and scene is not None and sees_shadows(scene)
         occluders: list[Placed] = []
         if self.shadows_planned:  # of the fields, with the steps of even light
-            self.placed = [self._place(number, self._plan(number, view)) for number in numbers]
+            self.placed = [self._place(number, self._plan(number, views[number])) for number in numbers]
             occluders = self.those("in_shadow")
-        plans = tuple(self._plan(number, view, scene, occluders) for number in numbers)
+        plans = tuple(self._plan(number, views[number], scene, occluders) for number in numbers)
         for item, made in zip(self.items, plans, strict=True):
             _report(item, made)
         return plans, [self._place(number, made) for number, made in enumerate(plans)]
@@ -128,18 +134,25 @@ class SceneFields:
     def _plan(
         self, number: int, view: View | None, scene: Any = None, occluders: list[Placed] | None = None
     ) -> Plan | None:
-        """The choice of the pilot rays, lit by ``scene`` (None: evenly); None if the settings fix the steps."""
+        """The choice of the pilot rays, lit by ``scene`` (None: evenly); None if the settings fix the steps.
+
+        The steps of a field beside the picture are chosen for a small view around it, in even light: it may shadow what
+        is in the picture, and the camera of a 3D view may turn to it.
+        """
         wanted, item, renderer = self.settings, self.items[number], self.renderers[number]
         if wanted.scale > 0:
             return None
-        around = view or View.around(item.volume)
+        is_beside = view is not None and not is_in_picture(view, renderer.shown_corners(item.transfer))
+        around = View.around(item.volume, width=_BESIDE, height=_BESIDE) if is_beside else view
+        around = around or View.around(item.volume)
 
         def planned(rays: RayTracer) -> Plan:
             rule, quadrature = item.rule or wanted.rule, wanted.quadrature
             return plan(rays, around, item.transfer, wanted.quality, rule=rule, quadrature=quadrature)  # type: ignore[arg-type]
 
         lit = [material.lit for material in item.transfer.materials]
-        if scene is not None and len(scene.emitters()) > 0 and item.in_camera and any(lit):
+        is_lit = scene is not None and len(scene.emitters()) > 0 and item.in_camera and any(lit)
+        if is_lit and not is_beside:
             shadows = self.shadows_planned
             groups = emitter_groups(scene, item.volume, shadows=shadows)
             light = UnitLit(scene, groups, occluders or [], lit, shadows)
@@ -167,8 +180,11 @@ def sensor_view(sensor: Any) -> View | None:
     matrix = np.array(sensor.world_transform().matrix, dtype=np.float64).reshape(4, 4)
     name = sensor.class_name() if hasattr(sensor, "class_name") else type(sensor).__name__
     if "x_fov" in known:
-        fov = float(np.array(known["x_fov"]).ravel()[0])
-        return View(matrix, width, height, fov_deg=fov)
+        fov, right, down = (
+            float(np.array(known[key]).ravel()[0]) if key in known else 0.0
+            for key in ("x_fov", "principal_point_offset_x", "principal_point_offset_y")
+        )
+        return View(matrix, width, height, fov_deg=fov, shift=(right, -down * height / width))
     if "Orthographic" in name:
         scale = float(np.linalg.norm(matrix[:3, 0]))
         matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)

@@ -91,7 +91,22 @@ class Surface:
     @classmethod
     def at(cls, volume: Placed, point: Any) -> Surface:
         """The surface of ``volume`` through a world ``point``; its normal is the field's gradient."""
-        return _surface(volume, point)
+        import drjit as dr
+
+        field, vector = volume.data.volume, volume.data.volume.types.Array3f
+        at = vector(volume.index_point(vector(point)))
+        # Central differences over one voxel, in index space; the gradient of the world follows as a covector.
+        slopes, scale = [], 0.0
+        for axis in range(3):
+            half = vector(*(0.5 * (axis == a) for a in range(3)))
+            ahead, back = field.value(at + half), field.value(at - half)
+            slopes.append(ahead - back)
+            scale = scale + dr.abs(ahead) + dr.abs(back)
+        gradient = vector(*slopes)
+        normal = volume.world_covector(gradient)
+        # Differences as small as float32's rounding belong to a level field.
+        is_there = dr.dot(gradient, gradient) > (1e-6 * scale) ** 2
+        return cls(normal, dr.sqrt(dr.dot(normal, normal)), is_there, field.types)
 
     def facing(self, toward: Any) -> Any:
         """|n·l|/π with l the direction ``toward`` a light, or 1/4π if there is no surface."""
@@ -100,25 +115,6 @@ class Surface:
         along = dr.abs(dr.dot(self.normal, self.types.Array3f64(self.types.Array3f(toward))))
         share = self.types.Float(along / dr.select(self.length > 0.0, self.length, 1.0))
         return dr.select(self.is_there, share / math.pi, 0.25 / math.pi)
-
-
-def _surface(volume: Placed, point: Any) -> Surface:
-    import drjit as dr
-
-    field, vector = volume.data.volume, volume.data.volume.types.Array3f
-    at = vector(volume.index_point(vector(point)))
-    # Central differences over one voxel, in index space; the gradient of the world follows as a covector.
-    slopes, scale = [], 0.0
-    for axis in range(3):
-        half = vector(*(0.5 * (axis == a) for a in range(3)))
-        ahead, back = field.value(at + half), field.value(at - half)
-        slopes.append(ahead - back)
-        scale = scale + dr.abs(ahead) + dr.abs(back)
-    gradient = vector(*slopes)
-    normal = volume.world_covector(gradient)
-    # Differences as small as float32's rounding belong to a level field.
-    is_there = dr.dot(gradient, gradient) > (1e-6 * scale) ** 2
-    return Surface(normal, dr.sqrt(dr.dot(normal, normal)), is_there, field.types)
 
 
 def surface_light(

@@ -35,6 +35,7 @@ _TYPES |= {"Float32": "f4", "Float64": "f8"}
 _LZMA_BYTES = 256 << 20
 """Memory for unpacking LZMA beside the data: the dictionary of its strongest setting has 64 MiB."""
 _APPENDED = re.compile(rb"<AppendedData[^>]*>\s*_", re.DOTALL)
+_AS_BASE64 = re.compile(rb"encoding\s*=\s*[\"']base64[\"']")
 
 
 def read(path: Path, request: ReadRequest) -> ScalarVolume:
@@ -79,7 +80,7 @@ def _parse(path: Path) -> _File:
         root = ElementTree.fromstring(head)
     except ElementTree.ParseError as error:
         raise FileFormatError(f"{path.name} is not well formed XML, or it is truncated: {error}") from error
-    as_base64 = mark is not None and b'encoding="base64"' in mark.group(0)
+    as_base64 = mark is not None and _AS_BASE64.search(mark.group(0)) is not None
     return _File(path, root, appended, as_base64)
 
 
