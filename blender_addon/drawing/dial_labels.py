@@ -27,6 +27,7 @@ MOST_FULL_NAMES = 6
 """Most bulbs beside which whole names have room."""
 NAME_ROOM = 90.0
 """Unscaled pixels of a name beside one of more bulbs."""
+LONGEST_SHARE = "100 %"
 Label = tuple[str, float, float]
 """Text, and the pixel of its lower left corner; no text where it would lie over another one."""
 
@@ -46,14 +47,19 @@ def ends_of(labels: Sequence[Label], scale: float) -> list[float]:
 
 
 def _names(shape: DialShape, dial: PropertyGroup) -> list[str]:
-    """The names beside the bulbs: in full for a few of them, else shortened; the tooltip has them in full."""
+    """The names beside the bulbs: a few of them have the width of the view, more are shortened; the tooltip has all in
+    full.
+    """
     import blf
 
     names = [name_of(bulb) for bulb in dial.bulbs]
-    if len(names) <= MOST_FULL_NAMES:
-        return names
     blf.size(FONT, LABEL_POINTS * shape.scale)
-    return told_apart(names, NAME_ROOM * shape.scale, lambda text: float(blf.dimensions(FONT, text)[0]))
+
+    def width(text: str) -> float:
+        return float(blf.dimensions(FONT, text)[0])
+
+    room = shape.end - shape.left - 2 * BORDER * shape.scale - width(f"  {LONGEST_SHARE}")
+    return told_apart(names, room if len(names) <= MOST_FULL_NAMES else min(room, NAME_ROOM * shape.scale), width)
 
 
 def labels_of(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list[Label]:
@@ -67,7 +73,9 @@ def labels_of(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list
         f"{name}  {100 * share:.0f} %" if bulb.is_on else f"{name}  off"
         for name, share, bulb in zip(names, shares, dial.bulbs, strict=True)
     ]
-    widest = [f"{name}  100 %" for name in names]  # so that no text changes its place while the dial is turned
+    widest = [
+        f"{name}  {LONGEST_SHARE}" for name in names
+    ]  # so that no text changes its place while the dial is turned
     is_centered = not is_crowded and all(text for text, _, _ in _placed(shape, dial, shares, widest, outward=False))
     return _placed(shape, dial, shares, texts, outward=not is_centered, beside_bulbs=is_crowded)
 

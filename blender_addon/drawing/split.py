@@ -15,6 +15,7 @@ from ..properties.render import ENGINE
 from .after import AfterEditors
 from .covered import Covered, covered
 from .overlay import FONT, draw_line, draw_triangles, write
+from .text import told_apart
 
 PLATE = (0.0, 0.0, 0.0, 1.0)
 """Opaque: the noise of a bright picture would show through."""
@@ -63,15 +64,23 @@ def draw_divider(middle: int, region: Any, names: tuple[str, str], scale: float,
     ends = [(middle, known.bottom), (middle, region.height - known.top)]
     draw_line(np.array(ends, np.float32), (1.0, 1.0, 1.0, 0.9), 2 * scale)
     blf.size(FONT, 13 * scale)
-    widths = tuple(float(blf.dimensions(FONT, name)[0]) for name in names)
-    spots = name_spots(middle, (known.left, region.width - known.right), (widths[0], widths[1]), scale)
-    for name, width, (start, base) in zip(names, widths, spots, strict=True):
-        pad = 4 * scale
+    pad, room = 4 * scale, (known.left, region.width - known.right)
+    shown = [_in_room(name, room[1] - room[0] - 4 * pad) for name in names]
+    widths = tuple(float(blf.dimensions(FONT, name)[0]) for name in shown)
+    spots = name_spots(middle, room, (widths[0], widths[1]), scale)
+    for name, width, (start, base) in zip(shown, widths, spots, strict=True):
         base += known.bottom
         low, high, left, right = base - 6 * scale, base + 14 * scale, start - pad, start + width + pad
         corners = [(left, low), (right, low), (right, high), (left, low), (right, high), (left, high)]
         draw_triangles(np.array(corners, np.float32), PLATE)
         write(name, start, base, NAME)
+
+
+def _in_room(name: str, room: float) -> str:
+    """A name, shortened in its middle if it is wider; the size of its letters is set."""
+    import blf
+
+    return told_apart([name], room, lambda text: float(blf.dimensions(FONT, text)[0]))[0]
 
 
 def name_spots(

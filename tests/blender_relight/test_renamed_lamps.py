@@ -45,6 +45,18 @@ def test_a_rename_is_no_change_and_the_bulb_follows(dial, stage):
     assert "Main" in names(scene.spectral.dial)
 
 
+def test_a_long_name_ends_before_the_sidebar(dial):
+    """A name that is wider than the view lay below the sidebar at its end, with the share of its lamp."""
+    name = bpy.data.objects["Key"].name = "A lamp with a long name above the kitchen table at the window"
+    shares = np.array([float(each == name) for each in names(dial)])
+    shape = dial_labels.DialShape.in_region(800, 700, left=110, right=420, scale=2.0)
+    labels = dial_labels.labels_of(shape, dial, shares)
+    text = next(text for text, _, _ in labels if "100 %" in text)
+    assert text.startswith("A l")
+    assert "…" in text
+    assert all(end < shape.end for end in dial_labels.ends_of(labels, shape.scale))
+
+
 def test_the_changes_of_a_renamed_lamp_have_its_present_name(dial, stage):
     key, fill = bpy.data.objects["Key"], bpy.data.objects["Fill"]
     key.name = "Main"

@@ -70,6 +70,18 @@ def test_a_palette_light_keeps_the_copies_of_its_lamp_in_collection_instances(st
     assert lights == ["Bulb", "Bulb #2", "Bulb #3"], "neither Lamp nor a copy that is dark"
 
 
+def test_a_palette_light_keeps_its_lamp_in_the_background_scene(stage):
+    """No lamp of the light was found there, and the view showed all lamps."""
+    column = stage.scene.spectral.palette.lights.add()
+    column.name, column.light = "Street", bpy.data.lights.new("Street", "POINT")
+    street, city = bpy.data.scenes.new("Street"), bpy.data.scenes.new("City")
+    city.collection.objects.link(bpy.data.objects.new("Lantern", column.light))
+    street.background_set, stage.scene.background_set = city, street
+    bpy.ops.spectral.look_under(kind="COLUMN", name="Street")
+    updated(stage)
+    assert [light.name for light in next(iter(stage.link.scenes.values())).lights] == ["Lantern"]
+
+
 def test_a_palette_light_keeps_the_sun_of_its_world(stage):
     world = stage.scene.world = bpy.data.worlds.new("Noon")
     sky_of(world)

@@ -214,9 +214,17 @@ def input_of_nodes(obj, rng):
         made = made or obj.modifiers.new("Lift", "NODES")
         made.node_group = group
     identifier = next(each.identifier for each in made.node_group.interface.items_tree if each.name == "Height")
-    made[identifier] = float(rng.uniform(-0.5, 0.5))
+    _set_input(made, identifier, float(rng.uniform(-0.5, 0.5)))
     made.show_viewport = bool(rng.random() < 0.8)
     obj.update_tag()
+
+
+def _set_input(modifier, identifier, value):
+    """Set a number of geometry nodes; from Blender 5.2 on their inputs are no custom properties of the modifier."""
+    if hasattr(modifier, "properties"):
+        getattr(modifier.properties.inputs, identifier).value = value
+    else:
+        modifier[identifier] = value
 
 
 def _lift():

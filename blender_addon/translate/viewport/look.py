@@ -63,9 +63,11 @@ def _spectrum_of(column: Any) -> Spectrum | None:
 
 
 def _lamps_of(column: Any, scene: Any) -> tuple[frozenset[str], frozenset[str]]:
-    """Names of the lamps in a scene and in the collections that it instances: those of a column, and the others."""
+    """Names of the lamps in a scene, in its background scenes, and in the collections that these instance: those of a
+    column, and the others.
+    """
     names: tuple[set[str], set[str]] = set(), set()
-    waiting, seen = [scene.objects], set()
+    waiting, seen = [each.objects for each in _with_backgrounds(scene)], set()
     while waiting:
         for obj in waiting.pop():
             kind = obj.type
@@ -75,6 +77,14 @@ def _lamps_of(column: Any, scene: Any) -> tuple[frozenset[str], frozenset[str]]:
                 seen.add(collection)
                 waiting.append(collection.all_objects)
     return frozenset(names[0]), frozenset(names[1])
+
+
+def _with_backgrounds(scene: Any) -> list[Any]:
+    """A scene, its background scene, that one's, and so on; Blender permits no circle."""
+    found = [scene]
+    while found[-1].background_set is not None:
+        found.append(found[-1].background_set)
+    return found
 
 
 def require_light(scene: Scene, settings: Any) -> None:
