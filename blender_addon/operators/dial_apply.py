@@ -21,11 +21,10 @@ from ..editing.dial.dimming import (
     block_of,
     dark_lamps_lit,
     dark_worlds_lit,
-    original_of,
     require_power,
     require_writable,
 )
-from ..editing.dial.names import name_of
+from ..editing.dial.names import name_of, original_of
 from ..translate.lighting.lights import emitting_area
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting, require_kept

@@ -22,6 +22,7 @@ from ..editing.dial.members import Member, color_bulbs, store_members
 from ..editing.dial.names import dark_bulbs_besides, match_bulbs
 from ..editing.dial.paths import follow_recording, is_temporary, path_for_recording, require_ending, transport_path
 from ..editing.dial.recording import Recorded, Recording, recorded_in_file, remember_recorded, told
+from ..editing.dial.rendered_parts import scene_state
 from ..editing.dial.view_process import TableAhead
 from ..editing.waiting import Waiting, WaitingForFile
 from ..translate.dial import storage_name
@@ -90,10 +91,15 @@ class _Translating(Waiting):
     _table: TableAhead | None = None
     _shares: changes.Shares | None = None
     _error: Exception | None = None
+    _state: str | None = None
+    """Settings of the scene as it was translated, or after the last edit since."""
+    _set_at: float | None = None
+    """Time of the last edit of these settings since the scene was translated."""
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
         if context.scene.session_uid in _under_way:
             raise InvalidInputError("this scene is being recorded; wait for the end, or stop it with Esc")
+        self._state, self._set_at = scene_state(context.scene), None
         self._asked = AsRendered(context, at_once=at_once)
         self._uid = context.scene.session_uid
         _under_way.add(self._uid)
@@ -116,11 +122,18 @@ class _Translating(Waiting):
 
         Otherwise a recording of the earlier scene would be kept with the lights and the state of the present one.
         """
-        edited_at = None if self._asked is None else self._asked.edited_at
-        if edited_at is None or self.is_stopped or bpy.context.scene.session_uid != self._uid:
+        if self._asked is None or self.is_stopped or bpy.context.scene.session_uid != self._uid:
             return False
-        if time.monotonic() - edited_at > REST_S:
-            self._shares = None
+        if not self._asked.has_scene:  # `read` raises the reason
+            return False
+        before, self._state = self._state, scene_state(bpy.context.scene)
+        if before not in (None, self._state):
+            self._set_at = time.monotonic()
+        times = [edited_at for edited_at in (self._asked.edited_at, self._set_at) if edited_at is not None]
+        if not times:
+            return False
+        if time.monotonic() - max(times) > REST_S:
+            self._shares, self._set_at = None, None
             try:
                 self._asked = AsRendered(bpy.context, at_once=False)
             except InvalidInputError as error:  # such as a deleted camera; `begin` raises it
