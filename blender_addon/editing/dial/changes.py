@@ -23,6 +23,7 @@ from ..viewport.stages import Stage
 from .as_rendered import SHOWN, first_layer, translated_layers
 from .differences import HIDDEN, SUNS, WORLD, told
 from .live import changed, redraw_dial
+from .members import forget_deleted
 from .names import dark_parts, names_of_lights, present_part, recorded_names
 from .rendered_parts import look_matrix, names_of, rendered_forms, rendered_objects, settings_parts
 
@@ -206,6 +207,7 @@ def compare(scene: Scene, parts: Parts | None = None) -> str:
     dial, recorded = scene.spectral.dial, recorded_parts(scene)
     if not dial.scene_hash or not recorded:
         return ""
+    forget_deleted()
     layer = recorded.pop(LAYER, "")
     if layer and scene.view_layers.get(layer) is None:
         dial.changes = f"view layer {layer!r} was removed or renamed"
