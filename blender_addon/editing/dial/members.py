@@ -199,7 +199,7 @@ def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> int:
 
 
 def forget_deleted() -> None:
-    """Let members forget objects that were deleted in a view or in the Outliner: a reference keeps these in the file."""
+    """Let members forget objects that were deleted in a view or the Outliner: a reference keeps these in the file."""
     members = [m for scene in bpy.data.scenes for bulb in scene.spectral.dial.bulbs for m in bulb.members]
     bindings = [entry.block for scene in bpy.data.scenes for entry in scene.spectral.board.bindings]
     owners = [member.owner for member in members]
