@@ -45,8 +45,7 @@ def _keep(scene: Scene, recording: Recording, recorded: Recorded) -> str:
     dark = dark_bulbs_besides(dial.bulbs, recorded.mix.transport.groups)
     gone = _take(scene, recorded.mix.transport, recording.members)
     remember_recorded(scene, recording)
-    with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
-        live.show(scene)
+    _show(scene)
     notes = [f"of {gone} of its lights the objects were deleted meanwhile, so Apply cannot dim them"] if gone else []
     lost = f"lights that Apply made dark have no bulb now ({dark}): to keep them undo, Restore, and record"
     notes += [lost] if dark else []
@@ -55,6 +54,14 @@ def _keep(scene: Scene, recording: Recording, recorded: Recorded) -> str:
     if is_temporary(dial):
         notes.append("it is in a temporary folder, so save the .blend, or keep it with Save Transport")
     return "".join(f"; {note}" for note in notes)
+
+
+def _show(scene: Scene) -> None:
+    """Show a new recording, or none: a group of unlike lights needs a lamp first, as dial.message reports."""
+    try:
+        live.show(scene)
+    except SpectralError:
+        live.uncover(scene)  # the picture is that of the earlier recording
 
 
 def _take(scene: Scene, transport: "Transport", members: list[Member]) -> int:
@@ -124,21 +131,19 @@ class _Translating(Waiting):
         """
         if self._asked is None or self.is_stopped or bpy.context.scene.session_uid != self._uid:
             return False
-        if not self._asked.has_scene:  # `read` raises the reason
-            return False
+        if not self._asked.has_scene:
+            return False  # `read` raises the reason
         before, self._state = self._state, scene_state(bpy.context.scene)
         if before not in (None, self._state):
             self._set_at = time.monotonic()
         times = [edited_at for edited_at in (self._asked.edited_at, self._set_at) if edited_at is not None]
-        if not times:
-            return False
-        if time.monotonic() - max(times) > REST_S:
+        if times and time.monotonic() - max(times) > REST_S:
             self._shares, self._set_at = None, None
             try:
                 self._asked = AsRendered(bpy.context, at_once=False)
             except InvalidInputError as error:  # such as a deleted camera; `begin` raises it
                 self._asked, self._error = None, error
-        return True
+        return bool(times)
 
     def read(self, context: Context, *, only_changed: bool = False) -> Recording:
         """The scene, with what else a recording needs from Blender."""
@@ -274,8 +279,7 @@ class SPECTRAL_OT_dial_load(_Translating, WaitingForFile, bpy.types.Operator, Im
         _take(scene, answer.transport, self._recording.members)
         kept_mix.remember(scene, answer)
         remember_recorded(scene, self._recording)
-        with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
-            live.show(scene)
+        _show(scene)
 
 
 def _read(path: Path, recording: Recording) -> "LiveMix":

@@ -190,12 +190,17 @@ def test_light_groups_of_blender_and_lamps_in_bands_storage(stage, picture, f12)
     group = stage.view_layers[0].lightgroups.add(name="Room")
     for name in ("Key", "Fill", "Ball"):
         bpy.data.objects[name].lightgroup = group.name
-    dial.one_per_light, dial.storage = False, "BANDS31"
+    dial.one_per_light, dial.storage = False, "DIAL"
+    bpy.ops.spectral.dial_record()
+    shown = stage.camera.data.background_images
+    assert len(shown) == 1
+    dial.storage = "BANDS31"
     bpy.ops.spectral.dial_record()
     assert set(bulbs(dial)) == {"Room", ""}
     assert "different spectra" in dial.message  # Key is orange, Ball is blue
+    assert len(shown) == 0  # the picture of the earlier recording stayed over the camera view
     bulbs(dial)["Room"].lamp = "HP1"
-    assert dial.message == ""
+    assert dial.message == "" and len(shown) == 1
     sodium = picture()[..., :3].mean(axis=(0, 1))
     assert sodium[0] > 2 * sodium[2]
     bpy.ops.spectral.dial_reset()
