@@ -21,11 +21,11 @@ from ..editing.dial.dimming import (
     block_of,
     dark_lamps_lit,
     dark_worlds_lit,
-    original_of,
     require_power,
     require_writable,
 )
-from ..editing.dial.names import name_of
+from ..editing.dial.members import forget_deleted
+from ..editing.dial.names import name_of, original_of
 from ..translate.lighting.lights import emitting_area
 from ..translate.spectra.stored import require_editable, store_spectrum, strength_of
 from .common import UNDOABLE, reporting, require_kept
@@ -53,6 +53,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
         dial = dial_in(context)
         if not len(dial.bulbs):
             raise InvalidInputError("the dial has no bulbs yet; press Record")
+        forget_deleted()
         weights = np.ones(len(dial.bulbs)) if self.restore else live.weights_of(dial)
         if not weights.any():
             self.report({"WARNING"}, "all bulbs are off: the lights are dark now. Ctrl Z, or Restore, brings them back")
@@ -173,6 +174,7 @@ class SPECTRAL_OT_dial_bake(bpy.types.Operator):
     def execute(self, context: Context) -> None:
         require_kept(context.scene, "objects")
         dial = dial_in(context)
+        forget_deleted()
         mixing = kept_mix.live_mix(context.scene)
         weights = live.weights_of(dial)
         luminances = _luminances(mixing)

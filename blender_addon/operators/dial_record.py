@@ -22,6 +22,7 @@ from ..editing.dial.members import Member, color_bulbs, store_members
 from ..editing.dial.names import dark_bulbs_besides, match_bulbs
 from ..editing.dial.paths import follow_recording, is_temporary, path_for_recording, require_ending, transport_path
 from ..editing.dial.recording import Recorded, Recording, recorded_in_file, remember_recorded, told
+from ..editing.dial.rendered_parts import scene_state
 from ..editing.dial.view_process import TableAhead
 from ..editing.waiting import Waiting, WaitingForFile
 from ..translate.dial import storage_name
@@ -44,8 +45,7 @@ def _keep(scene: Scene, recording: Recording, recorded: Recorded) -> str:
     dark = dark_bulbs_besides(dial.bulbs, recorded.mix.transport.groups)
     gone = _take(scene, recorded.mix.transport, recording.members)
     remember_recorded(scene, recording)
-    with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
-        live.show(scene)
+    _show(scene)
     notes = [f"of {gone} of its lights the objects were deleted meanwhile, so Apply cannot dim them"] if gone else []
     lost = f"lights that Apply made dark have no bulb now ({dark}): to keep them undo, Restore, and record"
     notes += [lost] if dark else []
@@ -54,6 +54,14 @@ def _keep(scene: Scene, recording: Recording, recorded: Recorded) -> str:
     if is_temporary(dial):
         notes.append("it is in a temporary folder, so save the .blend, or keep it with Save Transport")
     return "".join(f"; {note}" for note in notes)
+
+
+def _show(scene: Scene) -> None:
+    """Show a new recording, or none: a group of unlike lights needs a lamp first, as dial.message reports."""
+    try:
+        live.show(scene)
+    except SpectralError:
+        live.uncover(scene)  # the picture is that of the earlier recording
 
 
 def _take(scene: Scene, transport: "Transport", members: list[Member]) -> int:
@@ -90,10 +98,15 @@ class _Translating(Waiting):
     _table: TableAhead | None = None
     _shares: changes.Shares | None = None
     _error: Exception | None = None
+    _state: str | None = None
+    """Settings of the scene as it was translated, or after the last edit since."""
+    _set_at: float | None = None
+    """Time of the last edit of these settings since the scene was translated."""
 
     def prepare(self, context: Context, *, at_once: bool) -> None:
         if context.scene.session_uid in _under_way:
             raise InvalidInputError("this scene is being recorded; wait for the end, or stop it with Esc")
+        self._state, self._set_at = scene_state(context.scene), None
         self._asked = AsRendered(context, at_once=at_once)
         self._uid = context.scene.session_uid
         _under_way.add(self._uid)
@@ -116,16 +129,21 @@ class _Translating(Waiting):
 
         Otherwise a recording of the earlier scene would be kept with the lights and the state of the present one.
         """
-        edited_at = None if self._asked is None else self._asked.edited_at
-        if edited_at is None or self.is_stopped or bpy.context.scene.session_uid != self._uid:
+        if self._asked is None or self.is_stopped or bpy.context.scene.session_uid != self._uid:
             return False
-        if time.monotonic() - edited_at > REST_S:
-            self._shares = None
+        if not self._asked.has_scene:
+            return False  # `read` raises the reason
+        before, self._state = self._state, scene_state(bpy.context.scene)
+        if before not in (None, self._state):
+            self._set_at = time.monotonic()
+        times = [edited_at for edited_at in (self._asked.edited_at, self._set_at) if edited_at is not None]
+        if times and time.monotonic() - max(times) > REST_S:
+            self._shares, self._set_at = None, None
             try:
                 self._asked = AsRendered(bpy.context, at_once=False)
             except InvalidInputError as error:  # such as a deleted camera; `begin` raises it
                 self._asked, self._error = None, error
-        return True
+        return bool(times)
 
     def read(self, context: Context, *, only_changed: bool = False) -> Recording:
         """The scene, with what else a recording needs from Blender."""
@@ -261,8 +279,7 @@ class SPECTRAL_OT_dial_load(_Translating, WaitingForFile, bpy.types.Operator, Im
         _take(scene, answer.transport, self._recording.members)
         kept_mix.remember(scene, answer)
         remember_recorded(scene, self._recording)
-        with contextlib.suppress(SpectralError):  # a group of unlike lights needs a lamp first: dial.message reports it
-            live.show(scene)
+        _show(scene)
 
 
 def _read(path: Path, recording: Recording) -> "LiveMix":

@@ -80,13 +80,17 @@ def read_exr(path: str | Path, what: str = "an EXR file") -> list[Any]:
     with open_regular(path) as stream:
         size = stream.seek(0, 2)
     with reading(path, what):
-        for header in exr_headers(path, what):
+        headers = exr_headers(path, what)
+        for header in headers:
             (left, bottom), (right, top) = (map(int, corner) for corner in header["dataWindow"])
             needed += 4 * (right - left + 1) * (top - bottom + 1) * max(len(header.get("channels", ())), 1)
         require_room(needed, path, held=size)
         parts: list[Any] = module.File(str(path), separate_channels=True).parts
-        if not parts:
-            raise FileFormatError(f"{path} has no part; expected {what}")
+        if len(parts) < max(len(headers), 1):  # the module leaves out a part of which it cannot read all pixels
+            raise FileFormatError(
+                f"{path} is truncated or damaged: the pixels of {len(headers) - len(parts)} of its {len(headers)} "
+                f"parts cannot be read; expected {what}"
+            )
     return parts
 
 

@@ -140,6 +140,27 @@ def test_a_deleted_light_is_reported_and_nothing_is_written(dial):
     assert bpy.data.objects["Fill"].data.energy == pytest.approx(80.0)
 
 
+def test_a_light_that_is_deleted_in_a_view_is_reported_and_leaves_the_file(stage, dial, tmp_path):
+    """The reference of its bulb kept it in the file, and Apply reported that its power was written."""
+    key = bpy.data.objects["Key"]
+    bpy.ops.object.select_all(action="DESELECT")
+    key.select_set(True)
+    bpy.ops.object.delete()
+    dial.selector = (0.3, 0.2)
+    with pytest.raises(RuntimeError, match="a light of the bulb 'Key' was deleted; undo that, or record again"):
+        bpy.ops.spectral.dial_apply()
+    assert bpy.data.objects["Fill"].data.energy == pytest.approx(80.0)
+    fill = bpy.data.objects["Fill"]
+    entry = stage.spectral.board.bindings.add()
+    entry.name, entry.control, entry.block = 'bpy.data.objects["Fill"].location[0]', "osc:0:/1", fill
+    stage.collection.objects.unlink(fill)
+    path = tmp_path / "saved.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    with bpy.data.libraries.load(str(path)) as (there, _):
+        assert not {"Key", "Fill"} & set(there.objects)
+    assert {kept.owner for kept in bulbs(dial)["Ball"].members} == {bpy.data.objects["Ball"]}
+
+
 def test_bake_creates_one_light_with_the_mixed_spectrum(stage, dial):
     from blender_addon.translate.spectra.stored import spectrum_of
     from spectral_core.spectra.color import linear_rgb_from_xyz
@@ -169,12 +190,17 @@ def test_light_groups_of_blender_and_lamps_in_bands_storage(stage, picture, f12)
     group = stage.view_layers[0].lightgroups.add(name="Room")
     for name in ("Key", "Fill", "Ball"):
         bpy.data.objects[name].lightgroup = group.name
-    dial.one_per_light, dial.storage = False, "BANDS31"
+    dial.one_per_light, dial.storage = False, "DIAL"
+    bpy.ops.spectral.dial_record()
+    shown = stage.camera.data.background_images
+    assert len(shown) == 1
+    dial.storage = "BANDS31"
     bpy.ops.spectral.dial_record()
     assert set(bulbs(dial)) == {"Room", ""}
     assert "different spectra" in dial.message  # Key is orange, Ball is blue
+    assert len(shown) == 0  # the picture of the earlier recording stayed over the camera view
     bulbs(dial)["Room"].lamp = "HP1"
-    assert dial.message == ""
+    assert dial.message == "" and len(shown) == 1
     sodium = picture()[..., :3].mean(axis=(0, 1))
     assert sodium[0] > 2 * sodium[2]
     bpy.ops.spectral.dial_reset()

@@ -105,18 +105,65 @@ def recording_of(scene, edited_at):
     """The operator Record after it has read a scene that was edited then."""
     operator = _Translating()
     operator._uid, operator.stopping = scene.session_uid, threading.Event()
-    operator._asked = SimpleNamespace(is_running=False, edited_at=edited_at)
+    operator._asked = SimpleNamespace(is_running=False, has_scene=True, edited_at=edited_at)
     return operator
 
 
 def test_record_reads_an_edited_scene_again_when_the_artist_rests(stage, monkeypatch):
-    again = SimpleNamespace(is_running=False, edited_at=None)
+    again = SimpleNamespace(is_running=False, has_scene=True, edited_at=None)
     monkeypatch.setattr(dial_record, "AsRendered", lambda context, at_once: again)
     operator = recording_of(stage, time.monotonic())
     assert not operator.is_prepared() and operator._asked is not again
     operator._asked.edited_at -= 2 * dial_record.REST_S
     assert not operator.is_prepared() and operator._asked is again
     assert operator.is_prepared()
+
+
+def wider():
+    bpy.context.scene.render.filter_size = 3.0
+
+
+def smaller():
+    bpy.context.scene.render.resolution_percentage = 50
+
+
+def with_fewer_bounces():
+    bpy.context.scene.cycles.max_bounces = 2
+
+
+def under_another_look():
+    bpy.context.scene.spectral.viewport.look.kind = "LAMP"
+
+
+def through_another_camera():
+    bpy.context.scene.camera = bpy.data.objects.new("Other", bpy.data.cameras.new("Other"))
+
+
+def without_world():
+    bpy.context.scene.world = None
+
+
+SETTINGS = [wider, smaller, with_fewer_bounces, under_another_look, through_another_camera, without_world]
+
+
+@pytest.mark.parametrize("edit", SETTINGS)
+def test_record_reads_a_scene_again_whose_settings_were_edited(stage, monkeypatch, edit):
+    """The scene was recorded with the earlier settings, and Compare took the new ones for those of the recording."""
+    operator = _Translating()
+    operator.stopping = threading.Event()
+    operator.prepare(bpy.context, at_once=True)
+    try:
+        assert not operator._waits_for_rest()
+        edit()
+        assert operator._waits_for_rest()
+        again = SimpleNamespace(is_running=False, has_scene=True, edited_at=None, leave=lambda: None)
+        operator._set_at -= 2 * dial_record.REST_S
+        operator._asked.leave()
+        monkeypatch.setattr(dial_record, "AsRendered", lambda context, at_once: again)
+        assert operator._waits_for_rest() and operator._asked is again
+        assert not operator._waits_for_rest()
+    finally:
+        operator.leave()
 
 
 def test_record_names_what_an_edit_has_made_impossible(stage, monkeypatch):

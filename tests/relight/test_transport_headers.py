@@ -94,10 +94,12 @@ def rewritten(path: Path, **changed: Any) -> None:
         ({"seed": 24}, "edited or damaged"),
         ({"exposure": 2.0}, "edited or damaged"),
         ({"checksum": None}, "edited or damaged"),
-        ({"groups": ["a"]}, "lacks a part"),
-        ({"groups": ["a", "b", "c"]}, "lacks a part"),
-        ({"storage": "exact"}, "lacks a part"),
-        ({"lights": 3}, "lacks a part"),
+        ({"groups": ["a"]}, "has 3 parts, but its header needs 2"),
+        ({"groups": ["a", "b", "c"]}, "has 3 parts, but its header needs 4"),
+        ({"groups": ["a", 2]}, "its light groups are no list of names"),
+        ({"storage": "exact"}, "describes no transport"),
+        ({"lights": 3}, "describes no transport"),
+        ({"samples": float("inf")}, "describes no transport"),
     ],
 )
 def test_edited_headers_are_refused(tmp_path: Path, changed: dict[str, Any], message: str) -> None:
@@ -108,6 +110,18 @@ def test_edited_headers_are_refused(tmp_path: Path, changed: dict[str, Any], mes
     rewritten(path, **changed)
     with pytest.raises(FileFormatError, match=message):
         read_transport(path)
+
+
+def test_a_cut_file_is_called_truncated_wherever_it_ends(tmp_path: Path) -> None:
+    path = tmp_path / "t.exr"
+    write_transport(path, some_transport())
+    whole = path.read_bytes()
+    for missing in (1, 5, 40):  # the header is whole, the pixels of the last parts are not
+        path.write_bytes(whole[:-missing])
+        with pytest.raises(
+            FileFormatError, match=r"truncated or damaged: the pixels of \d of its 3 parts cannot be read"
+        ):
+            read_transport(path)
 
 
 def test_only_transports_are_replaced_on_request(tmp_path: Path) -> None:

@@ -10,6 +10,8 @@ import pytest
 
 from spectral_core.render.job import RenderJob
 from spectral_core.render.plan.effects import everything_on
+from spectral_core.render.still import render_scene
+from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.scene import (
     Film,
     Glass,
@@ -70,3 +72,19 @@ def test_a_picture_of_another_size_needs_no_other_kernel(name):
             history.append([each for each in drjit.kernel_history() if each.get("operation_count", 0) > 500])
     assert all(history)
     assert {each["hash"] for each in history[1]} == {each["hash"] for each in history[0]}
+
+
+@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+def test_a_picture_of_one_pixel_is_that_pixel_of_a_larger_one(transport):
+    """Dr.Jit refused the loop of a single lane in spectral transport: numbers of it count as constants."""
+    lamp = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100, radius=0.3)
+    scene = lit_plane(lamp, transport=transport, world=World(gray(0.0)))
+    bands = Bands.uniform(400.0, 700.0, 4) if transport == "spectral" else None
+    one, two = (
+        render_scene(replace(scene, film=Film(4, 3, samples=9, crop=(1, 1, width, 1))), bands=bands) for width in (1, 2)
+    )
+    assert one.pixels.shape == (1, 1, 4) and one.pixels[0, 0, 0] > 0
+    np.testing.assert_allclose(one.pixels[0, 0], two.pixels[0, 0], rtol=1e-5)
+    if bands is not None:
+        assert one.band_pixels.shape == (1, 1, 4)
+        np.testing.assert_allclose(one.band_pixels[0, 0], two.band_pixels[0, 0], rtol=1e-5)

@@ -25,10 +25,8 @@ STOPPED = "reading the scene was stopped, as Esc and an undo do; press the butto
 NO_RENDER = "Blender did not start the render; is there a camera?"
 RENDERS = "Blender renders at present; wait for the end of that render, or stop it, and press the button again"
 SETTINGS = {"use_compositing": False, "use_sequencer": False, "engine": ENGINE}
-"""Settings of a render that only translates the scene.
-
-A compositor would write the files of its File Output nodes, and render other scenes; strips would be shown in place of
-the scene. The engine is the last: while the extension is disabled, Blender refuses it.
+"""Settings of a render that only translates the scene: a compositor would write the files of its File Output nodes,
+and strips would replace the scene. The engine is the last: while the extension is disabled, Blender refuses it.
 """
 SHOWN = (
     bpy.types.Object, bpy.types.Mesh, bpy.types.Curve, bpy.types.Light, bpy.types.Material, bpy.types.World,
@@ -213,6 +211,11 @@ class AsRendered:
     def edited_at(self) -> float | None:
         """Time of the last edit, which the scene may not have; None without one, or without a scene."""
         return self._edited_at if self._scenes else None
+
+    @property
+    def has_scene(self) -> bool:
+        """True as soon as the scene is translated."""
+        return bool(self._scenes)
 
     @property
     def is_running(self) -> bool:

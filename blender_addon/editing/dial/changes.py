@@ -23,7 +23,8 @@ from ..viewport.stages import Stage
 from .as_rendered import SHOWN, first_layer, translated_layers
 from .differences import HIDDEN, SUNS, WORLD, told
 from .live import changed, redraw_dial
-from .names import dark_parts, recorded_names
+from .members import forget_deleted
+from .names import dark_parts, names_of_lights, present_part, recorded_names
 from .rendered_parts import look_matrix, names_of, rendered_forms, rendered_objects, settings_parts
 
 REST_SECONDS = 1.0
@@ -121,7 +122,7 @@ def read_parts(
     if names:
         from spectral_core.render.relight.groups import with_light_names
 
-        translated = with_light_names(translated, names)
+        translated = with_light_names(translated, names_of_lights(names, (each.name for each in translated.lights)))
     parts: dict[str, Any] = {"the camera": translated.camera, "the size of the picture": translated.film.size}
     parts |= {WORLD: translated.world, **settings_parts(scene, view_layer), **rendered_forms(rendered.values())}
     parts[SUNS] = [replace(each, name="") for each in translated.lights if is_of_world(each)]
@@ -206,6 +207,7 @@ def compare(scene: Scene, parts: Parts | None = None) -> str:
     dial, recorded = scene.spectral.dial, recorded_parts(scene)
     if not dial.scene_hash or not recorded:
         return ""
+    forget_deleted()
     layer = recorded.pop(LAYER, "")
     if layer and scene.view_layers.get(layer) is None:
         dial.changes = f"view layer {layer!r} was removed or renamed"
@@ -219,8 +221,7 @@ def compare(scene: Scene, parts: Parts | None = None) -> str:
     if time.monotonic() - began > SLOW_SECONDS:
         slow_scenes.add(scene.session_uid)
     now |= {LAYER: HIDDEN} | dict.fromkeys(dark_parts(scene, recorded), HIDDEN)
-    shown = {f"light {before!r}": f"light {name!r}" for name, before in names.items()}
-    dial.changes = told(*({shown.get(name, name): each[name] for name in each} for each in (recorded, now)))
+    dial.changes = told(*({present_part(name, names): each[name] for name in each} for each in (recorded, now)))
     return dial.changes
 
 

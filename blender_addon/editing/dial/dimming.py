@@ -15,7 +15,7 @@ from spectral_core.errors import InvalidInputError
 
 from ... import compat
 from .members import SEALED, dimmer_name, strength_sockets
-from .names import name_of, without_number
+from .names import name_of, original_of
 
 ROUNDING = 1e-6
 """Factors this near to 1 are those of the recording."""
@@ -112,12 +112,6 @@ def _require_like_originals(bulbs: Sequence[PropertyGroup], weights: Sequence[fl
             "view layer's material override, cannot be dimmed by itself. Make it real, or give it a light group "
             "with the others"
         )
-
-
-def original_of(bulb: PropertyGroup, bulbs: Iterable[PropertyGroup]) -> PropertyGroup | None:
-    """The bulb of the light of which a bulb without members is an instance; None if there is none."""
-    name = without_number(bulb.name)
-    return next((each for each in bulbs if each.name == name and each != bulb), None)
 
 
 def _of_no_strength(bulb: PropertyGroup, block: ID) -> str:

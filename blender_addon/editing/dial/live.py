@@ -32,6 +32,7 @@ from .kept_mix import (
     remember,
     stamp_of,
 )
+from .members import forget_deleted
 from .paths import follow_save, note_paths, transport_path
 from .picture import in_frame, picture_for, picture_of, place
 from .rendered_parts import look_matrix
@@ -249,8 +250,15 @@ def _after_load(*_: object) -> None:
             changed(scene)
 
 
+@bpy.app.handlers.persistent
+def _before_save(blend: object = "", *_: object) -> None:
+    """A file gets no deleted light, and its recording may get another place."""
+    forget_deleted()
+    note_paths(blend)
+
+
 HANDLERS = {"frame_change_post": _after_frame, "undo_post": _after_undo, "redo_post": _after_undo,
-            "load_post": _after_load, "save_pre": note_paths, "save_post": follow_save,
+            "load_post": _after_load, "save_pre": _before_save, "save_post": follow_save,
             "save_post_fail": follow_save}  # fmt: skip
 
 

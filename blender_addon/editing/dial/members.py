@@ -198,6 +198,18 @@ def store_members(bulbs: bpy_prop_collection, members: list[Member]) -> int:
     return sum(member.owner not in alive for member in members)
 
 
+def forget_deleted() -> None:
+    """Let members forget objects that were deleted in a view or the Outliner: a reference keeps these in the file."""
+    members = [m for scene in bpy.data.scenes for bulb in scene.spectral.dial.bulbs for m in bulb.members]
+    bindings = [entry.block for scene in bpy.data.scenes for entry in scene.spectral.board.bindings]
+    owners = [member.owner for member in members]
+    for owner in {each for each in owners if isinstance(each, Object) and not each.users_collection}:
+        if owner.users - owner.use_fake_user <= owners.count(owner) + bindings.count(owner):
+            for member in members:
+                if member.owner == owner and member.id_data.library is None:
+                    member.owner = None
+
+
 def color_bulbs(bulbs: bpy_prop_collection, lights: Sequence[Any]) -> None:
     """Give each bulb the color of its light (an Illuminant); white if the lights of a group differ (None)."""
     from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
+from itertools import count
 
 import bpy
 from bpy.types import PropertyGroup, Scene, bpy_prop_collection
@@ -21,9 +22,39 @@ def recorded_names(scene: Scene) -> dict[str, str]:
     taken = {*lamps, *lamps.values()}
     for name in list(found.values()):
         if name not in lamps:
-            number = next(k for k in range(2, len(taken) + 3) if f"{name} #{k}" not in taken)
-            found.setdefault(name, f"{name} #{number}")
+            found.setdefault(name, _free(name, taken))
     return found
+
+
+def names_of_lights(names: Mapping[str, str], lights: Iterable[str]) -> dict[str, str]:
+    """``names`` of lamps for those ``lights`` of a translated scene that have another name: instances follow their
+    lamp (``Main #2`` was ``Key #2``), and a lamp that has such a name itself (``Key #2``) gets another one.
+    """
+    if not names:
+        return {}
+    lamps = {each.name_full for each in bpy.data.objects if each.type == "LIGHT"}
+    found = {light: names.get(light, light) if light in lamps else _renamed(light, names) for light in lights}
+    renamed = {light: before for light, before in found.items() if before != light}
+    taken = set(renamed.values())
+    return renamed | {light: _free(light, {*taken, *found}) for light in taken & found.keys() - renamed.keys()}
+
+
+def _free(name: str, taken: Container[str]) -> str:
+    """``name`` with a number that is not taken; ``Key #2`` would be an instance of a recorded lamp."""
+    return next(other for other in (f"{name} ({number})" for number in count(2)) if other not in taken)
+
+
+def _renamed(name: str, names: Mapping[str, str]) -> str:
+    """The other name of a lamp or of its instance."""
+    lamp = without_number(name)
+    return names.get(lamp, lamp) + name[len(lamp) :]
+
+
+def present_part(part: str, names: Mapping[str, str]) -> str:
+    """A recorded part with the present name of its lamp. ``names``: of ``recorded_names``."""
+    shown = {f"light {before!r}": f"light {name!r}" for name, before in names.items()}
+    lamp = part if part in shown else without_number(part[:-1]) + part[-1:]
+    return shown[lamp][:-1] + part[len(lamp) - 1 :] if lamp in shown else part
 
 
 def dark_parts(scene: Scene, recorded: Iterable[str]) -> list[str]:
@@ -50,11 +81,20 @@ def name_of(bulb: PropertyGroup) -> str:
     """Present name of a bulb for the user: that of the object it was named after, or of its light group."""
     dial = bulb.id_data.spectral.dial
     owners = {kept.owner for kept in bulb.members} if dial.named_by_object else set()
+    original = None if not dial.named_by_object or len(bulb.members) else original_of(bulb, dial.bulbs)
+    if original is not None:
+        return name_of(original) + bulb.name[len(original.name) :]
     if len(owners) == 1 and all(kept.name == bulb.name for kept in bulb.members):
         (owner,) = owners
         if owner is not None:
             return str(owner.name_full)
     return bulb.name or "ungrouped"
+
+
+def original_of(bulb: PropertyGroup, bulbs: Iterable[PropertyGroup]) -> PropertyGroup | None:
+    """The bulb of the light of which a bulb without members is an instance; None if there is none."""
+    name = without_number(bulb.name)
+    return next((each for each in bulbs if each.name == name and each != bulb), None)
 
 
 def dark_bulbs_besides(bulbs: bpy_prop_collection, groups: Sequence[str]) -> str:

@@ -22,7 +22,7 @@ from ...translate.viewport.look import require_light
 from . import changes, kept_mix
 from .as_rendered import translated_layers
 from .members import Member, members_of, sealed_besides
-from .names import present_names, recorded_names
+from .names import names_of_lights, present_names, recorded_names
 
 if TYPE_CHECKING:
     from spectral_core.render import Progress
@@ -84,7 +84,8 @@ class Recording:
         parts, view = parts or changes.read_parts(context.scene), view_transform_of(context.scene)
         before = _present(context.scene) if only_changed else None
         left_out = "" if layers is None else layers.told
-        earlier = {} if before is None else recorded_names(context.scene)
+        renamed = {} if before is None else recorded_names(context.scene)
+        earlier = names_of_lights(renamed, (each.name for each in scene.lights))
         return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, before, earlier, left_out)
 
     def identify(self) -> None:

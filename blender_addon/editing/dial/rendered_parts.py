@@ -6,6 +6,7 @@ renders only.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import fields
 from functools import cache
 from typing import Any
@@ -51,6 +52,31 @@ def settings_parts(scene: Scene, layer: ViewLayer) -> dict[str, Any]:
         SIMPLIFY: _simplification(scene),
         LOOK: _look_part(scene, layer),
     }
+
+
+def scene_state(scene: Scene) -> str:
+    """Hash of everything in a scene, beside its objects and their data, that a picture depends on."""
+    from spectral_core.scene import scene_hash
+
+    render = scene.render
+    size = [render.resolution_x, render.resolution_y, render.resolution_percentage]
+    found: list[Any] = [size, _name(scene.camera), _name(scene.world)]
+    for layer in scene.view_layers:
+        with suppress(SpectralError):  # the translation reports it
+            found.append(list(settings_parts(scene, layer).values()))
+        found.append([layer.name, _name(layer.material_override), _name(getattr(layer, "world_override", None))])
+        found += [[each.exclude, each.holdout, each.indirect_only] for each in _collections(layer.layer_collection)]
+    return scene_hash(found)
+
+
+def _name(block: bpy.types.ID | None) -> str | None:
+    return None if block is None else block.name_full
+
+
+def _collections(layer: LayerCollection) -> Iterator[LayerCollection]:
+    yield layer
+    for child in layer.children:
+        yield from _collections(child)
 
 
 def _values(settings: Film | RenderSettings) -> dict[str, Any]:

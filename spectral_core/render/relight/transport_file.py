@@ -148,20 +148,38 @@ def _read_meaning(path: Path, parts: list[Any]) -> dict[str, Any]:
 def _assemble(path: Path, meaning: dict[str, Any], parts: list[Any]) -> Transport:
     try:
         storage = storage_of_document(meaning["storage"], meaning["wavelengths_nm"])
-        groups = tuple(meaning["groups"])
-        names = storage.channel_names()
-        planes = [[_plane(part, name) for name in names] for part in parts[: len(groups)]]
+        groups, names = _groups(path, meaning["groups"], parts), storage.channel_names()
+        planes = [[_plane(path, part, name) for name in names] for part in parts[: len(groups)]]
         return Transport(
-            storage, groups, np.array(planes, dtype=np.float32), _plane(parts[len(groups)], "A"),
+            storage, groups, np.array(planes, dtype=np.float32), _plane(path, parts[len(groups)], "A"),
             tuple(_light_of(light) for light in meaning["lights"]), float(meaning["exposure"]),
             str(meaning["scene_hash"]), int(meaning["samples"]), int(meaning["seed"]),
             ViewTransform.of_document(meaning["view"]) if "view" in meaning else None,
         )  # fmt: skip
-    except (KeyError, IndexError, TypeError, ValueError, InvalidInputError) as error:
-        raise FileFormatError(f"{path} lacks a part or channel of its transport ({error}); record it again") from error
+    except (KeyError, TypeError, ValueError, OverflowError, InvalidInputError) as error:
+        why = f"it lacks {error}" if isinstance(error, KeyError) else error
+        raise FileFormatError(
+            f"{path}: its header was edited or damaged and describes no transport ({why}); record it again"
+        ) from error
 
 
-def _plane(part: Any, name: str) -> NDArray[np.float32]:
+def _groups(path: Path, stated: Any, parts: list[Any]) -> tuple[str, ...]:
+    """Light groups that a header states, if the file has their parts."""
+    if not isinstance(stated, list) or not stated or not all(isinstance(name, str) for name in stated):
+        raise TypeError("its light groups are no list of names")
+    if len(parts) != len(stated) + 1:
+        raise FileFormatError(
+            f"{path} has {len(parts)} parts, but its header needs {len(stated) + 1}, one for each light group and one "
+            "for the coverage: it was edited or damaged; record it again"
+        )
+    return tuple(stated)
+
+
+def _plane(path: Path, part: Any, name: str) -> NDArray[np.float32]:
+    if name not in part.channels:
+        raise FileFormatError(
+            f"{path} lacks the channel {name!r} in a part of its transport: it was edited or damaged; record it again"
+        )
     return np.ascontiguousarray(part.channels[name].pixels[::-1], dtype=np.float32)
 
 

@@ -8,7 +8,6 @@ between passes: pixels do not depend on the split of samples into passes.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from spectral_core.render.lens.pixel_filter import OFFSET_TABLE_SIZE, filter_off
 from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.measure.spectral_measure import Drawn, SpectralMeasure
+from spectral_core.render.trace.measure.tile import Tile
 from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
@@ -30,27 +30,6 @@ LARGEST_SAMPLE = 1e33
 """Larger sums would overflow in 32 bits after some 100,000 samples."""
 TILE_PIXELS = 1 << 21
 """Pixels per kernel launch: recording more launches takes longer, and a longer launch reacts late to a cancel."""
-
-
-@dataclass
-class _Tile:
-    """Pixels that are rendered together and their running sums."""
-
-    first: int
-    count: int
-    sums: Any
-    covered: Any
-    bands: Any
-    lost: Any
-    """Samples per pixel whose radiance was NaN or Inf: they count as black."""
-    light: Any = None
-    """Shares of the light (pixels · rows · 3), if the integrator separates them."""
-    samples: int = 0
-    """Samples per pixel in the sums: a pass that is stopped leaves tiles with different numbers."""
-
-    def mean(self, sums: Any) -> NDArray[np.float64]:
-        """Mean of some of its sums, pixel after pixel; zeros before any sample."""
-        return np.array(sums, dtype=np.float64) / max(1, self.samples)
 
 
 class Accumulator:
@@ -88,17 +67,20 @@ class Accumulator:
         """Number of spectral channels beside the picture."""
         return 0 if self.plan is None else len(self.plan.responses) - 3
 
-    def _new_tile(self, first: int, count: int) -> _Tile:
+    def _new_tile(self, first: int, count: int) -> Tile:
         mi, dr = self._mi, self._dr
         # opaque: zeros that are known to the compiler would give the first pass a kernel of its own
-        bands = dr.opaque(mi.Float, 0.0, count * self.band_count) if self.band_count else None
-        sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, count) for _ in range(3)))
-        return _Tile(first, count, sums, dr.opaque(mi.Float, 0.0, count), bands, dr.opaque(mi.UInt32, 0, count))
+        tile = Tile(first, count)
+        lanes = tile.lanes
+        tile.bands = dr.opaque(mi.Float, 0.0, lanes * self.band_count) if self.band_count else None
+        tile.sums = mi.Color3f(*(dr.opaque(mi.Float, 0.0, lanes) for _ in range(3)))
+        tile.covered, tile.lost = dr.opaque(mi.Float, 0.0, lanes), dr.opaque(mi.UInt32, 0, lanes)
+        return tile
 
     @property
     def lost(self) -> int:
         """Samples so far whose radiance was not a finite number."""
-        return sum(int(np.array(tile.lost).sum(dtype=np.int64)) for tile in self.tiles)
+        return sum(int(tile.of_pixels(tile.lost).sum()) for tile in self.tiles)
 
     def add(self, first_hit: FirstHit, integrator: Any, samples: int) -> Iterator[float]:
         """Trace ``samples`` more per pixel; yields the completed share of the pass after each tile."""
@@ -107,15 +89,15 @@ class Accumulator:
             tile.samples += samples
             yield done / len(self.tiles)
 
-    def _trace(self, first_hit: FirstHit, integrator: Any, tile: _Tile, samples: int) -> None:
+    def _trace(self, first_hit: FirstHit, integrator: Any, tile: Tile, samples: int) -> None:
         mi, dr = self._mi, self._dr
         pixel = self._pixels(tile)
         corner, sampler = self._lanes(pixel)
         first, total = self._span(tile, samples)
-        bands, lane = tile.bands, dr.arange(mi.UInt32, tile.count)
+        bands, lane = tile.bands, dr.arange(mi.UInt32, tile.lanes)
         tells_apart = getattr(integrator, "book_into", None) if self.keeps_light else None
         if tells_apart is not None and tile.light is None:
-            tile.light = dr.opaque(mi.Float, 0.0, tile.count * integrator.rows * 3)
+            tile.light = dr.opaque(mi.Float, 0.0, tile.lanes * integrator.rows * 3)
 
         def sample(index: Any, sums: Any, covered: Any, lost: Any) -> Any:
             sampler.begin(index)
@@ -197,11 +179,11 @@ class Accumulator:
     def _seed(self) -> Any:  # of all lanes or of each
         return self._dr.opaque(self._mi.UInt32, hashed_seed(self.film.seed))
 
-    def _pixels(self, tile: _Tile) -> Any:
+    def _pixels(self, tile: Tile) -> Any:
         """Number of each lane's pixel."""
-        return self._dr.arange(self._mi.UInt32, tile.count) + self._dr.opaque(self._mi.UInt32, tile.first)
+        return self._dr.arange(self._mi.UInt32, tile.lanes) + self._dr.opaque(self._mi.UInt32, tile.first)
 
-    def _span(self, tile: _Tile, samples: int) -> tuple[Any, Any]:
+    def _span(self, tile: Tile, samples: int) -> tuple[Any, Any]:
         """First sample of a tile's pass, and the one after its last."""
         number = lambda value: self._dr.opaque(self._mi.UInt32, value)  # noqa: E731
         return number(tile.samples), number(tile.samples + samples)

@@ -78,13 +78,13 @@ class ChosenPixels(Accumulator):
         self._seeds = table(mi.UInt32, np.array(seeds, dtype=np.uint32)[lanes])
         tile = self._new_tile(0, len(pixels))
         self._trace(self._first_hit, self._integrator, tile, 0)
-        colors = np.array(tile.sums, dtype=np.float64).T
+        colors = tile.of_pixels(tile.sums).T
         colors = colors if self.plan is None else colors @ RGB_FROM_XYZ.T
         bands = None
         if self.band_count:
-            bands = np.array(tile.bands, dtype=np.float64).reshape(len(pixels), -1)
-        lost = int(np.array(tile.lost).sum(dtype=np.int64))
-        return Sums(colors * self.film.exposure, np.array(tile.covered, dtype=np.float64), lost, bands)
+            bands = tile.of_pixels(tile.bands).reshape(len(pixels), -1)
+        lost = int(tile.of_pixels(tile.lost).sum())
+        return Sums(colors * self.film.exposure, tile.of_pixels(tile.covered), lost, bands)
 
     def trace_halves(
         self,
