@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lens.in_view import may_be_in_view
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES
 from spectral_core.render.plan.effects_from_data import THIN, Found, names
@@ -22,7 +23,8 @@ from spectral_core.render.plan.light.reflections import is_linear
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
 from spectral_core.render.plan.spectral_bound import rgb_transport_error
-from spectral_core.scene import leaves
+from spectral_core.scene import Rays, World, leaves
+from spectral_core.scene.geometry import placed_boxes
 
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
 """Candidate numbers of bounces."""
@@ -49,6 +51,8 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
             error = error_of_loss(pilot, pilot.flagged(name), _unseen(found, pilot, name))
             if effect.how == "bounded":
                 error = min(error, effect.levels[-1].error)
+            if name == "emissive_meshes":
+                error = max(error, bounds.error_of_light(_glow_in_view(found) * found.scene.film.exposure))
             known[name] = _with_last(effect, error, effect.share)
     for name in ("reflective_caustics", "refractive_caustics"):
         effect = effects[name]
@@ -65,6 +69,22 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
     known["bounces"] = bounces
     known["transport"] = _as_often_reflected(found, known["transport"], bounces)
     return known
+
+
+def _glow_in_view(found: Found) -> float:
+    """Largest radiance of the emissive surfaces that the camera may see: a small lamp of a device is lost as a whole,
+    and too small for a mean of the picture.
+    """
+    scene, alone = found.scene, replace(found.scene, lights=(), world=World())
+    emitted = {each.name: max((radiance for radiance, _ in bounds.radiances(alone, [each])), default=0.0)
+               for each in found.materials}  # fmt: skip
+    boxes = placed_boxes(scene.meshes, scene.instances)
+    glows = [0.0]
+    for item, box in zip(scene.instances, boxes, strict=True):
+        radiance = max((emitted.get(name, 0.0) for name in item.materials), default=0.0)
+        if radiance > 0 and not item.hidden_from & Rays.CAMERA and may_be_in_view(scene.camera, scene.film, box):
+            glows.append(radiance)
+    return max(glows)
 
 
 def _as_often_reflected(found: Found, transport: Effect, bounces: Effect) -> Effect:
