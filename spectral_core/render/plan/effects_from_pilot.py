@@ -52,7 +52,7 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
             if effect.how == "bounded":
                 error = min(error, effect.levels[-1].error)
             if name == "emissive_meshes":
-                error = max(error, bounds.error_of_light(_glow_in_view(found) * found.scene.film.exposure))
+                error = max(error, bounds.error_of_light(_emission_in_view(found) * found.scene.film.exposure))
             known[name] = _with_last(effect, error, effect.share)
     for name in ("reflective_caustics", "refractive_caustics"):
         effect = effects[name]
@@ -71,7 +71,7 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
     return known
 
 
-def _glow_in_view(found: Found) -> float:
+def _emission_in_view(found: Found) -> float:
     """Largest radiance of the emissive surfaces that the camera may see: a small lamp of a device is lost as a whole,
     and too small for a mean of the picture.
     """
@@ -79,12 +79,12 @@ def _glow_in_view(found: Found) -> float:
     emitted = {each.name: max((radiance for radiance, _ in bounds.radiances(alone, [each])), default=0.0)
                for each in found.materials}  # fmt: skip
     boxes = placed_boxes(scene.meshes, scene.instances)
-    glows = [0.0]
+    shown = [0.0]
     for item, box in zip(scene.instances, boxes, strict=True):
         radiance = max((emitted.get(name, 0.0) for name in item.materials), default=0.0)
         if radiance > 0 and not item.hidden_from & Rays.CAMERA and may_be_in_view(scene.camera, scene.film, box):
-            glows.append(radiance)
-    return max(glows)
+            shown.append(radiance)
+    return max(shown)
 
 
 def _as_often_reflected(found: Found, transport: Effect, bounces: Effect) -> Effect:
