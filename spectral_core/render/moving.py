@@ -2,8 +2,9 @@
 """Motion blur: a picture of each moment with its share of the samples, added up.
 
 The moments are equal parts of the shutter's open time. Each is a scene without motion, so all types of motion are
-blurred the same way: cameras, objects, deformed meshes. All moments share their kernels. A requested error is √n times
-as large for each of n moments, whose noise averages out; a requested time is divided among them.
+blurred the same way: cameras, objects, deformed meshes. All moments share their kernels and one plan, made of the
+first, the middle and the last. A requested error is √n times as large for each of n moments, whose noise averages out;
+a requested time is divided among them.
 
 That is right only where all moments are equally bright: ΔE2000 is not linear in radiance, and where one moment has most
 of the light, its noise is not averaged out. So the error is estimated from the noise of the picture, which is the mean
@@ -24,6 +25,7 @@ from spectral_core.render.cost.adaptive import Outcome
 from spectral_core.render.cost.asked import LEAST_BUDGET_S, LEAST_ERROR, MOST_ERROR, PLAN_SHARE, is_asked
 from spectral_core.render.cost.errors import pixel_errors, scatter
 from spectral_core.render.passes.joined import FIRST_MOMENT, OF_FIRST_SAMPLE, joined_passes
+from spectral_core.render.plan.decision import EffectPlan, fullest
 from spectral_core.scene import Film, Moment, Note, RenderSettings, Scene
 from spectral_core.scene.passes import CRYPTOMATTES
 
@@ -37,12 +39,16 @@ _SEED_OF_ROUND = 0x3C6EF35F
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Round:
-    """One render of each moment: its number, when the first began, factor on the error of a moment, picture so far."""
+    """One render of each moment: its number, when the first began, factor on the error of a moment, picture so far.
+
+    ``plan``: that of all moments.
+    """
 
     number: int
     start: float
     factor: float = 1.0
     before: Any = None
+    plan: EffectPlan | None = None
 
 
 def shares(samples: int, moments: int) -> list[int]:
@@ -64,14 +70,16 @@ def render_moving(
     render: Callable[..., Any],
     on_progress: Callable[[Any], None] | None,
     should_stop: Callable[[], bool] | None,
+    plan: Callable[[Scene], EffectPlan],
 ) -> Any:
-    """Render a scene with moments; ``render`` renders one moment."""
+    """Render a scene with moments; ``render`` renders one moment, ``plan`` plans one."""
     notes: list[Note] = []
     settings, asked, start = scene.settings, is_asked(scene.settings), time.perf_counter()
     if settings.denoise:
         settings = replace(settings, denoise=False)
         notes.append(Note("Denoising", "a picture with motion blur is not denoised"))
-    state = _Round(0, start)
+    together = _plan_of_all(scene, plan)
+    state = _Round(0, start, plan=together)
     made, parts = _rendered(replace(scene, settings=settings), state, render, on_progress, should_stop)
     while settings.target_error is not None and made.status == "done" and state.number < _MOST_ROUNDS - 1:
         error, limit = _error(made, parts), _limit(made, settings.target_error)
@@ -79,7 +87,7 @@ def render_moving(
             break
         # two pictures with weights by their squared errors
         more = 1 / float(np.sqrt(max(1 / (_AIM * limit) ** 2 - 1 / error**2, 1e-12)))
-        state = _Round(state.number + 1, start, state.factor * more / error, made)
+        state = _Round(state.number + 1, start, state.factor * more / error, made, together)
         again, others = _rendered(replace(scene, settings=settings), state, render, on_progress, should_stop)
         if again.status == "cancelled":
             made = replace(made, status="cancelled")  # the moments have unequal parts of this round
@@ -94,6 +102,17 @@ def render_moving(
     return replace(made, notes=(*made.notes, *notes))
 
 
+def _plan_of_all(scene: Scene, plan: Callable[[Scene], EffectPlan]) -> EffectPlan:
+    """The plan of all moments: what is out of view at first may fill the picture at last."""
+    last = len(scene.moments) - 1
+    chosen = sorted({0, (last + 1) // 2, last})
+    budget = scene.settings.time_budget_s
+    settings = replace(scene.settings, time_budget_s=None if budget is None else budget / len(chosen))
+    film = replace(scene.film, samples=max(1, scene.film.samples // len(chosen)))  # a pilot of each must pay
+    stills = [replace(scene.at(scene.moments[number]), film=film, settings=settings) for number in chosen]
+    return fullest([plan(still) for still in stills])
+
+
 def _rendered(
     scene: Scene,
     state: _Round,
@@ -105,7 +124,6 @@ def _rendered(
     settings, asked = scene.settings, is_asked(scene.settings)
     counts = shares(scene.film.samples, len(scene.moments))
     first = 0 if state.before is None else state.before.samples
-    plan = None if state.before is None else state.before.plan
     total, done, made = sum(counts), first, None
     parts: list[Any] = []
     for number, (moment, count) in enumerate(zip(in_order(scene.moments), counts, strict=True)):
@@ -125,7 +143,7 @@ def _rendered(
                 expected = max(total, done + progress.total * left) if asked else total
                 on_progress(progress.within(pixels, done + progress.samples, expected, state.start))
 
-        part = render(still, show, should_stop, plan if before is None else before.plan)
+        part = render(still, show, should_stop, state.plan)
         if part.samples == 0 and before is not None:
             made = replace(before, status=part.status)
         else:

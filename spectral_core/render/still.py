@@ -59,13 +59,22 @@ def render_scene(
 
     caught = with_catchers(instant)
     made: RenderResult = (
-        render_moving(scene, caught, on_progress, should_stop)
+        render_moving(scene, caught, on_progress, should_stop, lambda still: _planned(still, measure))
         if scene.moments
         else caught(scene, on_progress, should_stop)
     )
     if shift.any() and "Position" in made.passes:
         made.passes["Position"] = moved_back(made.passes["Position"], shift)
     return made
+
+
+def _planned(scene: Scene, measure: Measure) -> EffectPlan:
+    """The plan of a scene without motion."""
+    # a recording serves lights of any color and strength, so a pilot under the present lights does not apply
+    is_recording = measure.groups or measure.bands is not None or measure.sampling_lights is not None
+    if measure.bands is not None:
+        scene = replace(scene, settings=scene.settings.in_spectra())
+    return plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
 
 
 def _render_instant(
@@ -96,13 +105,11 @@ def _traced(
         require_denoiser()  # before the render instead of after an hour
     if bands is not None:
         scene = replace(scene, settings=scene.settings.in_spectra())
-    # a recording serves lights of any color and strength, so a pilot under the present lights does not apply
-    is_recording = groups or bands is not None or sampling_lights is not None
     asked = is_asked(scene.settings)
     if asked and (groups or sampling_lights is not None):
         raise InvalidInputError("a recording traces equal samples everywhere; give it samples, no error or time")
     if plan is None:
-        plan = plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
+        plan = _planned(scene, measure)
     job = RenderJob(scene, plan, measure)
     if asked:
         return _finished(_asked(job, scene, meter, on_progress, should_stop, bands), job, start)

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from spectral_core.render import render_scene
-from spectral_core.render.moving import in_order, shares
+from spectral_core.render.moving import _plan_of_all, in_order, shares
 from spectral_core.render.passes.joined import joined_passes
-from spectral_core.scene import Emission, Film, Instance, Material, Moment, World, gray
+from spectral_core.render.plan.decision import Decision, EffectPlan, fullest
+from spectral_core.render.plan.effects import plan_from_data
+from spectral_core.scene import Emission, Film, Glass, Instance, Material, Moment, World, gray
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
-from tests.render.scenes import lit_plane, looking_down, matrix, plane
+from tests.render.scenes import lit_plane, looking_down, matrix, plane, sphere_mesh
 
 pytest.importorskip("mitsuba")
 
@@ -120,3 +122,39 @@ def test_the_first_moments_are_distributed_over_the_whole_time(count):
     if count >= 8:
         heights = [moment.camera.world_from_camera[2, 3] for moment in order[:2]]
         assert abs(heights[0] - heights[1]) >= count / 2
+
+
+def test_the_plan_is_that_of_all_moments():
+    """A ball of glass that entered the picture later was black, and took 31 % of the light of that moment."""
+    still = moving()
+    ball = Instance("ball", "ball", matrix((60, 0, 1)), ("glass",))
+    entered = replace(ball, world_from_object=matrix((0, 0, 1)))
+    scene = replace(
+        still,
+        meshes=(*still.meshes, sphere_mesh(8, "ball")),
+        materials=(*still.materials, Material("glass", Glass())),
+        instances=(*still.instances, ball),
+        moments=(Moment(still.camera), *[Moment(still.camera, (entered,))] * 2),
+    )
+    planned = []
+
+    def plan(at_once):
+        planned.append(at_once)
+        full = plan_from_data(at_once)
+        return full if at_once.instances[-1] is entered else full.changed("bounces", "0").changed("transport", "rgb")
+
+    together = _plan_of_all(scene, plan)
+    assert [each.instances[-1] is entered for each in planned] == [False, True, True]
+    assert together.bounces == 64 and not together.is_spectral and together.accepted == 0.0
+    assert render_scene(scene).plan.bounces == 64
+
+
+def test_the_fullest_plan_has_the_largest_error_of_its_values():
+    one, other = (
+        EffectPlan((Decision("media", first, "", accepted=error), Decision("bounces", second, "", accepted=error)), 1.0)
+        for first, second, error in (("off", "12", 0.2), ("on", "12", 0.1))
+    )
+    both = fullest([one, other])
+    assert [(each.value, each.accepted) for each in both.decisions] == [("on", 0.1), ("12", 0.2)]
+    assert both.indirect_error is None and both.clamped_share is None
+    assert fullest([one]) == one

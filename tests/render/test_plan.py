@@ -76,7 +76,7 @@ def test_a_gray_plane_needs_no_effects():
         "diffuse_bounces": "64",
         "glossy_bounces": "64",
         "transmission_bounces": "64",
-        "bounces": "5",
+        "bounces": "7",
     }
 
 

@@ -40,7 +40,7 @@ def test_the_bound_is_the_worst_pair(seed: int) -> None:
     measured = Reflectance("paint", GRID, rng.uniform(0.05, 0.95, len(GRID.wavelengths_nm)))
     colors = [Color(rng.uniform(0.1, 0.9, 3)) for _ in range(3)]
     light = Illuminant("lamp", GRID, rng.uniform(0.2, 1.0, len(GRID.wavelengths_nm)))
-    found = rgb_transport_error(_scene([measured, *colors], light))
+    found = rgb_transport_error(_scene([measured, *colors], light), 2)
 
     lamp = emitted_spectrum(light, None)
     points, weights = integration_points(WAVELENGTHS_NM, lamp.grid.wavelengths_nm)

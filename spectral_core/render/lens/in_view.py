@@ -57,6 +57,17 @@ def points_in_view(camera: Camera, film: Film, boxes: Sequence[Array]) -> Array:
     return np.concatenate(parts)
 
 
+def may_be_in_view(camera: Camera, film: Film, box: Array) -> bool:
+    """False if a box, corners (8, 3) or none, lies beyond one side of the view as a whole."""
+    if not len(box) or camera.kind == "panoramic" or is_singular(camera):
+        return len(box) > 0
+    view = camera.world_from_camera
+    axes = view[:3, :3] / np.linalg.norm(view[:3, :3], axis=0)
+    local = (box - view[:3, 3]) @ np.linalg.inv(axes).T * (1, 1, -1)
+    walls = _walls(camera, film)
+    return bool(np.all(np.any(local @ walls[:, :3].T + walls[:, 3] >= 0, axis=0)))
+
+
 def _nearest(camera: Camera, boxes: Array) -> Array:
     """The point of each box that is nearest to the camera, or one at the near distance if the camera is inside."""
     eye = camera.world_from_camera[:3, 3]
@@ -71,13 +82,7 @@ def _visible(camera: Camera, film: Film, boxes: Array) -> Array:
     width, height, right, up, perspective = camera.window(film)
     center, half = np.array([right * width, up * height]), MARGIN * np.array([width, height]) / 2
     near, far = camera.near * JUST_BEYOND, float(boxes[..., 2].max())
-    planes = [(0.0, 0.0, 1.0, -near)]  # a, b, c, d of a·right + b·up + c·depth + d ≥ 0
-    for axis in (0, 1):
-        for sign in (1.0, -1.0):
-            bound = half[axis] + sign * center[axis]
-            flat = [-sign * (axis == 0), -sign * (axis == 1)]
-            planes.append((*flat, bound, 0.0) if perspective else (*flat, 0.0, bound))
-    walls = np.array(planes)
+    walls = _walls(camera, film)
     edges = boxes[:, np.array(_EDGES)]  # (k, 12, 2, 3)
     of_boxes = _clipped(edges, edges @ walls[:, :3].T + walls[:, 3])
     signs = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
@@ -86,6 +91,19 @@ def _visible(camera: Camera, film: Film, boxes: Array) -> Array:
     frame = np.concatenate([np.stack(ends, axis=1), np.stack([ends[0], np.roll(ends[0], 1, axis=0)], axis=1)])
     of_frame = [_clipped(frame, _inside(box, frame)) for box in boxes]
     return np.concatenate([of_boxes, *of_frame])
+
+
+def _walls(camera: Camera, film: Film) -> Array:
+    """(5, 4): the near plane and the sides of the view, distances inward: a·right + b·up + c·depth + d."""
+    width, height, right, up, perspective = camera.window(film)
+    center, half = np.array([right * width, up * height]), MARGIN * np.array([width, height]) / 2
+    planes = [(0.0, 0.0, 1.0, -camera.near * JUST_BEYOND)]  # a, b, c, d of a·right + b·up + c·depth + d ≥ 0
+    for axis in (0, 1):
+        for sign in (1.0, -1.0):
+            bound = half[axis] + sign * center[axis]
+            flat = [-sign * (axis == 0), -sign * (axis == 1)]
+            planes.append((*flat, bound, 0.0) if perspective else (*flat, 0.0, bound))
+    return np.array(planes)
 
 
 def _inside(box: Array, points: Array) -> Array:

@@ -20,7 +20,7 @@ from spectral_core.render.mitsuba_scene.radiometry import (
     radiance_of_panel,
     radiance_of_sun,
 )
-from spectral_core.render.plan.inventory import largest_light, largest_size, paint_parts
+from spectral_core.render.plan.light.sizes import largest_light, largest_size, paint_parts
 from spectral_core.scene import (
     AreaLight,
     Instance,
@@ -120,7 +120,7 @@ def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, box
     if not len(placed) or not len(along):
         return 0.0
     center = light.world_from_light[:3, 3]
-    nearest = min((_distance_to_box(center, box) for box in boxes), default=0.0)
+    nearest = min((distance_to_box(center, box) for box in boxes), default=0.0)
     if nearest <= 2 * light.radius:
         return float("inf")
     reach = float(np.linalg.norm(placed - center, axis=1).max())
@@ -129,7 +129,8 @@ def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, box
     return scale * width
 
 
-def _distance_to_box(point: Array, box: Array) -> float:
+def distance_to_box(point: Array, box: Array) -> float:
+    """Distance from a point to the axis-aligned box around corners (8, 3); infinite without corners."""
     if not len(box):
         return float("inf")
     return float(np.linalg.norm(np.maximum(0.0, np.maximum(box.min(axis=0) - point, point - box.max(axis=0)))))
@@ -169,10 +170,10 @@ def _extinction(material: Material) -> float:
     return max(medium.density, 0.0) * (1.0 if medium.extinction is None else largest_size(medium.extinction))
 
 
-def error_of_medium(scene: Scene, material: Material) -> float:
+def error_of_medium(scene: Scene, material: Material, ways: float = 2.0) -> float:
     """ΔE2000 of omitting a medium: the light that it absorbs, and the light that it scatters to the camera.
 
-    At most twice the optical depth is lost, on the path to a surface and back. The light that is scattered toward the
+    At most the optical depth is lost on each straight way of a path (``ways``). The light that is scattered toward the
     camera is the integral of lamp irradiance over the path: π · intensity over the least distance between a ray and a
     lamp inside the box; irradiance at the nearest corner times the length for a lamp outside.
     """
@@ -189,14 +190,14 @@ def error_of_medium(scene: Scene, material: Material) -> float:
         if material.name not in item.materials or not len(box := corners(scene, item)):
             continue
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
-        added += medium.emission_strength * largest_light(medium.emission_color) * length
+        added += (ways - 1.0) * medium.emission_strength * largest_light(medium.emission_color) * length
         added += scattering * phase * irradiance_along(scene, box, length)
         added += (
             0.0
             if scene.world.is_black
             else scattering * length * abs(scene.world.strength) * largest_light(scene.world.color)
         )
-    return error_of_share(2 * depth) + error_of_light(1.5 * added * scene.film.exposure)
+    return error_of_share(ways * depth) + error_of_light(1.5 * added * scene.film.exposure)
 
 
 def _forward(medium: ScatteringMedium) -> float:
@@ -242,16 +243,21 @@ def _of_lamp(light: Light, box: Array, length: float, scene: Scene) -> float:
     if isinstance(light, SunLight):
         return tint * abs(light.irradiance) * length
     center = light.world_from_light[:3, 3]
-    intensity = tint * intensity_of_point(abs(light.power_w)) * _gain(light)
-    # irradiance of a falloff of power p is intensity · dᵖ / d²
-    intensity *= max(1.0, float(np.linalg.norm(box - center, axis=1).max())) ** light.falloff.power
-    distance = _distance_to_box(center, box)
+    intensity = largest_intensity(light, float(np.linalg.norm(box - center, axis=1).max()))
+    distance = distance_to_box(center, box)
     if distance > 0:
         return intensity / distance**2 * length
     away = float(np.linalg.norm(center - scene.camera.world_from_camera[:3, 3]))
     size = max(light.size) / 2 if isinstance(light, AreaLight) else light.radius
     pixel = (away if _shrinks(scene) else 1.0) / pixels_per_unit(scene.camera, scene.film)
     return np.pi * intensity / max(size, pixel / 2, 1e-12)
+
+
+def largest_intensity(light: PointLight | SpotLight | AreaLight, reach: float) -> float:
+    """Largest intensity of a lamp of some power; its falloff counts up to a distance ``reach``."""
+    # irradiance of a falloff of power p is intensity · dᵖ / d²
+    further = max(1.0, reach) ** light.falloff.power
+    return largest_light(light.color) * intensity_of_point(abs(light.power_w)) * _gain(light) * further
 
 
 def _gain(light: PointLight | SpotLight | AreaLight) -> float:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -151,6 +151,29 @@ class EffectPlan:
             error = f"; left out dE2000 {decision.error:.3g} {decision.how}" if known else ""
             entries[f"spectral.plan.{decision.name}"] = f"{decision.value}{forced}{error}"
         return entries
+
+
+def fullest(plans: Sequence[EffectPlan]) -> EffectPlan:
+    """One plan for several states of a scene: as much of each effect as any of ``plans`` simulates."""
+    decisions = []
+    for each in zip(*(plan.decisions for plan in plans), strict=True):
+        most = max(each, key=_amount)
+        accepted = [other.accepted for other in each if other.value == most.value and other.accepted is not None]
+        decisions.append(replace(most, accepted=max(accepted, default=None)))
+    indirect, clamped = ([getattr(plan, name) for plan in plans] for name in ("indirect_error", "clamped_share"))
+    return replace(
+        plans[0],
+        decisions=tuple(decisions),
+        pilot_paths=sum(plan.pilot_paths for plan in plans),
+        seconds=sum(plan.seconds for plan in plans),
+        indirect_error=None if None in indirect else max(indirect),
+        clamped_share=max((share for share in clamped if share is not None), default=None),
+    )
+
+
+def _amount(decision: Decision) -> tuple[int, int]:
+    number = int(decision.value) if decision.value.isdecimal() else 0
+    return int(decision.is_on and decision.value != "rgb"), number
 
 
 def table(plan: EffectPlan) -> str:

@@ -13,8 +13,10 @@ from spectral_core.render.lens.aperture import width_of_lens
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES, MOST_ERROR, USUAL_BOUNCES, How
 from spectral_core.render.plan.fluorescence import error_without_dyes
-from spectral_core.render.plan.inventory import Inventory, is_sharp, largest_light, shown_materials
+from spectral_core.render.plan.inventory import Inventory, is_sharp, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
+from spectral_core.render.plan.light import reflections
+from spectral_core.render.plan.light.sizes import largest_light
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
 from spectral_core.render.plan.volume_bound import error_of_volumes
@@ -31,12 +33,6 @@ TRANSPARENCY_SHARE = 0.12
 SMALL_SHARE = 0.02
 """Share of the time of an effect that costs very little."""
 ON_OFF = ("on", "off")
-DIFFUSE_BOUNCES = (MOST_BOUNCES, 768, 512, 384, 256, 192, 128, 96, 80, 64, 56, 48, 40, *range(32, 1, -1))
-"""Candidate numbers of bounces of diffuse scenes."""
-SLOW_BOUNCES = 32
-"""Bounces after which few paths are left: ending those saves no time that counts."""
-NO_ERROR = 1e-3
-"""ΔE2000 that nobody can measure in a picture: no candidate has more bounces than the first with a smaller error."""
 THIN = 0.05
 """ΔE2000 of media through which light goes nearly straight."""
 
@@ -61,7 +57,12 @@ class Found:
         if "World" in self.inventory.scattering:
             return True
         media = [material for material in self.materials if material.name in self.inventory.scattering]
-        return sum(bounds.error_of_medium(self.scene, material) for material in media) > THIN
+        return sum(bounds.error_of_medium(self.scene, material, self.ways) for material in media) > THIN
+
+    @property
+    def ways(self) -> float:
+        """Straight ways of a path between a lamp, surfaces and the camera, in the mean."""
+        return reflections.ways_of_light(self.materials)
 
 
 def absent(
@@ -144,7 +145,7 @@ def _media(found: Found) -> Effect:
         return absent("media", "no material has a volume", MEDIA_SHARE)
     carriers = [material for material in found.materials if material.medium is not None]
     depths = [bounds.optical_depth(found.scene, material) for material in carriers]
-    error = sum(bounds.error_of_medium(found.scene, material) for material in carriers)
+    error = sum(bounds.error_of_medium(found.scene, material, found.ways) for material in carriers)
     if found.scene.world.medium is not None:  # the world's medium is unbounded
         depths.append(float("inf"))
         error = 100.0
@@ -160,7 +161,7 @@ def _volumes(found: Found) -> Effect:
     if not volumes:
         return absent("volumes", "the scene has no sampled volume", MEDIA_SHARE)
     reason = f"the scene shows {names(tuple(volume.name for volume in volumes))}"
-    error = error_of_volumes(found.scene)
+    error = error_of_volumes(found.scene, found.ways)
     levels = (Level("on"), Level("off", min(error, MOST_ERROR) if error < KEEP else KEEP, MEDIA_SHARE))
     how: How = "not known" if error == KEEP else "bounded"
     return Effect("volumes", levels, reason, "the sampled volumes vanish", how, ON_OFF)
@@ -274,10 +275,8 @@ def _bounces(found: Found) -> Effect:
     if inventory.glossy:
         reason = f"other surfaces are reflected in {names(inventory.glossy)}"
         return Effect("bounces", full, reason, "dark reflections of reflections", "not known")
-    errors = {count: inventory.diffuse_error(count) for count in DIFFUSE_BOUNCES}
-    most = min(count for count in errors if count == MOST_BOUNCES or errors[count] < NO_ERROR)
-    saves = {count: 0.5 * max(0.0, 1 - count / SLOW_BOUNCES) for count in errors}
-    levels = tuple(Level(str(count), errors[count], saves[count]) for count in DIFFUSE_BOUNCES if count <= most)
+    direct = reflections.direct_radiance(found.scene, found.materials, inventory.largest_reflectance)
+    levels = reflections.diffuse_levels(direct, inventory.largest_reflectance)
     reason = f"surfaces are diffuse and reflect at most {100 * inventory.largest_reflectance:.0f} %"
     return Effect("bounces", levels, reason, "dark corners", "bounded")
 

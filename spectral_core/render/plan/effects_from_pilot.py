@@ -13,15 +13,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lens.in_view import may_be_in_view
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES
 from spectral_core.render.plan.effects_from_data import THIN, Found, names
 from spectral_core.render.plan.inventory import is_sharp
 from spectral_core.render.plan.levels import Effect, Level
+from spectral_core.render.plan.light.reflections import is_linear
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
 from spectral_core.render.plan.spectral_bound import rgb_transport_error
-from spectral_core.scene import leaves
+from spectral_core.scene import Rays, World, leaves
+from spectral_core.scene.geometry import placed_boxes
 
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
 """Candidate numbers of bounces."""
@@ -29,6 +32,8 @@ HIDDEN, WORTHWHILE = 0.01, 0.1
 """ΔE2000 of light that nobody misses; and the further share of the time that a limit on bounces must save to omit more.
 Few paths are left after some bounces: omitting them saves a hundredth of the time and darkens corners.
 """
+WITHIN_A_SURFACE = 7
+"""Reflections that are compared for a surface whose own facets, coat or inside reflect light several times."""
 _KINDS = {
     "diffuse_bounces": ("diffuse", "diffuse surfaces illuminate each other", "dark corners"),
     "glossy_bounces": ("glossy", "surfaces mirror each other", "dark reflections"),
@@ -46,6 +51,8 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
             error = error_of_loss(pilot, pilot.flagged(name), _unseen(found, pilot, name))
             if effect.how == "bounded":
                 error = min(error, effect.levels[-1].error)
+            if name == "emissive_meshes":
+                error = max(error, bounds.error_of_light(_emission_in_view(found) * found.scene.film.exposure))
             known[name] = _with_last(effect, error, effect.share)
     for name in ("reflective_caustics", "refractive_caustics"):
         effect = effects[name]
@@ -60,22 +67,44 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
         further = MOST_BOUNCES if limit is None else min(limit, MOST_BOUNCES)
         bounces = _chain("bounces", "bounces", "", bounces.loses, pilot, unseen, further)
     known["bounces"] = bounces
-    known["transport"] = _direct_alone(found, known["transport"], bounces)
+    known["transport"] = _as_often_reflected(found, known["transport"], bounces)
     return known
 
 
-def _direct_alone(found: Found, transport: Effect, bounces: Effect) -> Effect:
-    """If no light is reflected twice and light passes nothing, surfaces are compared one by one."""
-    last, inventory = bounces.levels[-1], found.inventory
-    passes = inventory.transparent or inventory.refractive or inventory.media or inventory.dispersive
-    if transport.how == "exact" or passes or last.value != "0" or last.error > THIN:
+def _emission_in_view(found: Found) -> float:
+    """Largest radiance of the emissive surfaces that the camera may see: a small lamp of a device is lost as a whole,
+    and too small for a mean of the picture.
+    """
+    scene, alone = found.scene, replace(found.scene, lights=(), world=World())
+    emitted = {each.name: max((radiance for radiance, _ in bounds.radiances(alone, [each])), default=0.0)
+               for each in found.materials}  # fmt: skip
+    boxes = placed_boxes(scene.meshes, scene.instances)
+    shown = [0.0]
+    for item, box in zip(scene.instances, boxes, strict=True):
+        radiance = max((emitted.get(name, 0.0) for name in item.materials), default=0.0)
+        if radiance > 0 and not item.hidden_from & Rays.CAMERA and may_be_in_view(scene.camera, scene.film, box):
+            shown.append(radiance)
+    return max(shown)
+
+
+def _as_often_reflected(found: Found, transport: Effect, bounces: Effect) -> Effect:
+    """Surfaces are compared after as many others as visible light meets; one by one, if none is reflected twice."""
+    inventory = found.inventory
+    if transport.how == "exact" or inventory.media or inventory.dispersive:
         return transport
-    error = rgb_transport_error(found.scene, in_turn=False)
+    small = [int(level.value) for level in bounces.levels if level.error <= THIN]
+    most = min([*small, PILOT_BOUNCES])
+    if inventory.transparent or inventory.refractive:
+        most = PILOT_BOUNCES  # straight ways through a surface are no bounces
+    elif not is_linear(found.materials):
+        most = max(most, WITHIN_A_SURFACE)
+    error = rgb_transport_error(found.scene, most + 1)
     first, rgb = transport.levels
+    often = "twice" if most == 0 else f"more than {most + 1} times"
     reason = (
-        f"there are spectra in {names(inventory.spectra)}; no light of ΔE {THIN:g} is reflected twice, and surfaces"
+        f"there are spectra in {names(inventory.spectra)}; no light of ΔE {THIN:g} is reflected {often}, and surfaces "
+        f"under all lights have an error of ΔE {error:.2g} in three channels"
     )
-    reason += f" under all lights have an error of ΔE {error:.2g} in three channels"
     return replace(transport, levels=(first, replace(rgb, error=min(error, rgb.error))), reason=reason)
 
 

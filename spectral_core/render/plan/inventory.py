@@ -5,19 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from spectral_core.errors import InvalidInputError
-from spectral_core.render.mitsuba_scene.paint import emitted_rgb
+from spectral_core.render.plan.light.sizes import largest_reflectance, largest_size, paint_parts
 from spectral_core.scene import (
     AreaLight,
     Color,
     Computed,
-    Diffuse,
-    DrawnPattern,
     EllipseHair,
     Emission,
     Fluorescent,
@@ -29,32 +25,23 @@ from spectral_core.scene import (
     Material,
     Mesh,
     Metal,
-    MixedPaint,
     Principled,
     RayPortal,
     Rays,
     ScatteringMedium,
     Scene,
-    Sheen,
     SpectralImage,
-    Subsurface,
     SunLight,
-    Toon,
-    Translucent,
     Transparent,
     largest_sum,
     leaves,
     values_of,
 )
-from spectral_core.scene.paint import some_colors
-from spectral_core.scene.surface import Closure
 from spectral_core.spectra.spectrum import Spectrum
 
 _IMAGES = (Computed, ImageTexture, SpectralImage)
 SHARP_ROUGHNESS = 0.25
 """Roughness below which a lobe is so narrow that paths may miss a lamp in it."""
-_DIFFUSE = (Diffuse, Sheen, Subsurface, Toon, Translucent)
-"""Closures that reflect or transmit light in many directions; those of mirrors and glass have bounces of their own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,15 +70,6 @@ class Inventory:
     def bodies_shade(self) -> bool:
         """True if a light with a size could shade another one, where lights are objects of the scene."""
         return bool(self.light_bodies) and self.source_count > 1
-
-    def diffuse_error(self, bounces: int) -> float:
-        """Upper bound of the ΔE2000 of a diffuse scene after so many bounces.
-
-        The light after n bounces is at most ρ^(n+1) / (1 - ρ) of the direct light if every path stays inside; half of
-        that is assumed for an ordinary room, and ΔE 1 for about 2.5 % of luminance (CIELAB at mid gray).
-        """
-        rho = min(self.largest_reflectance, 0.98)
-        return 0.0 if rho <= 0 else rho ** (bounces + 1) / (1 - rho) / (2 * 0.025)
 
 
 def take_inventory(scene: Scene) -> Inventory:
@@ -130,7 +108,7 @@ def take_inventory(scene: Scene) -> Inventory:
         source_count=len(scene.lights) + (not scene.world.is_black) + len(emissive),
         surfaces=len(scene.instances),
         largest_reflectance=max(
-            [0.8 if not materials else 0.0, *(largest_sum(m.surface, _largest_reflectance) for m in materials)]
+            [0.8 if not materials else 0.0, *(largest_sum(m.surface, largest_reflectance) for m in materials)]
         ),
     )
 
@@ -195,15 +173,6 @@ def _values_of_medium(medium: ScatteringMedium) -> Iterator[Any]:
     yield from (getattr(medium, name) for name in type(medium).__slots__)
 
 
-def paint_parts(paint: Any) -> Iterator[Any]:
-    """The components of a mixed paint, or the paint itself."""
-    if isinstance(paint, MixedPaint):
-        for part in (paint.factor, paint.first, paint.second):
-            yield from paint_parts(part)
-    else:
-        yield paint
-
-
 def _has_spectrum(paint: Any) -> bool:
     return any(isinstance(part, (Spectrum, SpectralImage)) for part in paint_parts(paint))
 
@@ -238,13 +207,6 @@ def is_transparent(material: Material) -> bool:
     )
 
 
-def _largest_reflectance(closure: Closure) -> float:
-    """Largest share of light that a closure scatters in many directions."""
-    if isinstance(closure, Fluorescent):
-        return 1.0
-    return max(map(_share, paint_parts(closure.color))) if isinstance(closure, _DIFFUSE) else 0.0
-
-
 def is_sharp(leaf: object) -> bool:
     """True for a closure with a lobe so narrow that it shows other things, as mirrors and clear glass do."""
     if isinstance(leaf, Glass):
@@ -255,45 +217,3 @@ def is_sharp(leaf: object) -> bool:
         clear = isinstance(leaf, Principled) and leaf.transmission != 0
         return rough < SHARP_ROUGHNESS or coated or clear
     return False
-
-
-def largest_size(paint: Any) -> float:
-    """Largest magnitude of a paint in any channel or at any wavelength; at least 1 for a program."""
-    if isinstance(paint, MixedPaint):
-        return max(map(largest_size, paint_parts(paint)))
-    if isinstance(paint, Color):
-        return float(np.abs(paint.linear_rgb).max())
-    if isinstance(paint, Spectrum):
-        return float(paint.values.max())
-    if isinstance(paint, ImageTexture) and paint.pixels.dtype != np.uint8:
-        least = 1.0 if isinstance(paint, DrawnPattern) else 0.0  # its details may be brighter than its pixels
-        return float(np.max(np.abs(paint.pixels[..., :3]), initial=least))
-    if isinstance(paint, Computed):
-        return max(1.0, float(np.abs(paint.typical).max()))
-    return 1.0 if isinstance(paint, _IMAGES) else 0.0
-
-
-def largest_light(paint: Any) -> float:
-    """Largest magnitude of the light that a paint of strength 1 emits, in any channel.
-
-    A spectrum is emitted with Y = 1 whatever the unit of its values.
-    """
-    if isinstance(paint, MixedPaint):
-        return max(map(largest_light, paint_parts(paint)))
-    return _largest_channel(paint) if isinstance(paint, Spectrum) else largest_size(paint)
-
-
-@lru_cache(256)
-def _largest_channel(light: Spectrum) -> float:
-    """The same of a spectrum; many lamps have one in common. 0 for one without luminance, which no renderer takes."""
-    try:
-        return float(np.abs(emitted_rgb(light)).max())
-    except InvalidInputError:
-        return 0.0
-
-
-def _share(paint: Any) -> float:
-    if isinstance(paint, ImageTexture):  # an even white one reflects more than most
-        return min(max(0.9, float(some_colors(paint.pixels, paint.color_space).max(axis=1).mean())), 1.0)
-    varies = isinstance(paint, (Computed, SpectralImage))
-    return min(max(0.9, float(np.max(getattr(paint, "typical", 0.9)))) if varies else largest_size(paint), 1.0)

@@ -2,8 +2,9 @@
 """Bound on the difference between RGB and spectral transport: every surface under every light, computed in both ways.
 
 RGB transport multiplies the colors of lights and surfaces, spectral transport their spectra; the difference is that
-between an integral of a product and a product of integrals. It is computed for light that is reflected once, and for
-light that two surfaces reflect in turn.
+between an integral of a product and a product of integrals. It is computed for light that is reflected once, for light
+that two surfaces reflect in turn, for the light in a closed room, and for light that many surfaces of one color reflect
+or transmit in turn: the difference grows with the square of their number.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.paint import daylight_rgb, emitted_rgb, emitted_spectrum, unit_luminance
-from spectral_core.render.plan.decision import LATER_BOUNCES
+from spectral_core.render.plan.decision import LATER_BOUNCES, USUAL_BOUNCES
 from spectral_core.render.plan.fluorescence import error_in_rgb
-from spectral_core.render.plan.inventory import paint_parts, shown_materials
+from spectral_core.render.plan.inventory import shown_materials
+from spectral_core.render.plan.light.sizes import MOST_REFLECTANCE, paint_parts
 from spectral_core.render.plan.thin_film import film_surfaces
 from spectral_core.scene import (
     Color,
@@ -48,16 +50,20 @@ Array = NDArray[np.float64]
 
 SECOND_BOUNCE = 0.5
 """Light from a second surface, relative to that of a lamp: as in an ordinary room."""
+IN_A_ROW = (3, 7, 15, 31)
+"""Numbers of further surfaces of one color that light meets in turn."""
+MOST_REFLECTIONS = USUAL_BOUNCES + 1
+"""Reflections that are compared where the light after each is not known."""
 MOST_SURFACES, MOST_LIGHTS, TEXELS = 48, 24, 24
 HUES = 12
 _PRIMARIES = np.array([[0.8, 0.05, 0.05], [0.05, 0.8, 0.05], [0.05, 0.05, 0.8], [0.8, 0.8, 0.05]])
 
 
-def rgb_transport_error(scene: Scene, *, in_turn: bool = True) -> float:
+def rgb_transport_error(scene: Scene, reflections: int = MOST_REFLECTIONS) -> float:
     """Largest ΔE2000 of RGB transport in ``scene`` at the exposure of white, over all pairs of surfaces.
 
-    ``in_turn``: False if no light reaches the camera over two surfaces in turn. Infinite if a spectrum occurs where
-    nothing is compared: in the extinction of a medium or a sampled volume.
+    ``reflections``: most surfaces that reflect or transmit visible light in turn, 1 if none is lit by another. Infinite
+    if a spectrum occurs where nothing is compared: in the extinction of a medium or a sampled volume.
     """
     shown = shown_materials(scene)
     materials = [material for material in scene.materials if material.name in shown]
@@ -76,8 +82,7 @@ def rgb_transport_error(scene: Scene, *, in_turn: bool = True) -> float:
         lights.sort(key=lambda light: (isinstance(light, Color), -_saturation(emitted_rgb(light))))
         surfaces, lights = surfaces[:MOST_SURFACES], lights[:MOST_LIGHTS]
     dyes = error_in_rgb(scene, materials, lights)
-    again, factor = (SECOND_BOUNCE, LATER_BOUNCES) if in_turn else (0.0, 1.0)
-    return max(dyes, factor * max((_error_under(light, white, surfaces, again) for light in lights), default=0.0))
+    return max(dyes, *(_error_under(light, white, surfaces, reflections) for light in lights))
 
 
 def _saturation(rgb: Array) -> float:
@@ -85,9 +90,9 @@ def _saturation(rgb: Array) -> float:
 
 
 def _error_under(
-    light: Color | Spectrum, white: Spectrum | None, surfaces: list[tuple[Array, Any, bool]], again: float
+    light: Color | Spectrum, white: Spectrum | None, surfaces: list[tuple[Array, Any, bool]], reflections: int
 ) -> float:
-    """Largest ΔE2000 over surfaces; ``again``: light from a second surface, relative to that of the lamp."""
+    """Largest ΔE2000 over surfaces, each alone and after others."""
     spectrum = emitted_spectrum(light, white)
     if not np.any(spectrum.values) or not surfaces:
         return 0.0
@@ -95,18 +100,37 @@ def _error_under(
     viewer = observer(STANDARD)
     cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])
     measure = RGB_FROM_XYZ @ (cmfs * (weights * spectrum.at(points)))
-    color = emitted_rgb(light)
     size = max(float(luminance_from_linear_rgb(measure.sum(axis=1))), 1e-30)  # scaled to a luminance of 1
     rgb = np.stack([item[0] for item in surfaces])
     spectra = np.stack([item[1](points) for item in surfaces])
-    # the second surface: none, then each
-    others = np.concatenate([np.zeros((1, points.size)), spectra])
-    other_rgb = np.concatenate([np.zeros((1, 3)), rgb])
-    weighted = spectra * measure[:, None]
-    exact = weighted.sum(axis=2)[..., None] + again * weighted @ others.T
-    simple = (1 + again * other_rgb) * rgb[:, None] * color
-    error = delta_e_2000(lab_from_linear_rgb(np.moveaxis(exact, 0, 2) / size), lab_from_linear_rgb(simple / size))
-    return float(np.max(error))
+    weighted, plain = spectra * (measure / size)[:, None], rgb * (emitted_rgb(light) / size)
+
+    def error(exact: Array, simple: Array) -> float:
+        """Of colors (..., 3); no picture is exposed brighter than white and half of it."""
+        bright = np.maximum(luminance_from_linear_rgb(exact) / (1 + SECOND_BOUNCE), 1.0)[..., None]
+        return float(np.max(delta_e_2000(lab_from_linear_rgb(exact / bright), lab_from_linear_rgb(simple / bright))))
+
+    def after_each(others: Array, other_rgb: Array) -> float:
+        """After all ``others`` (k, n wavelengths), ``other_rgb`` (k, 3)."""
+        return error(np.moveaxis(weighted @ others.T, 0, 2), other_rgb * plain[:, None])
+
+    alone = after_each(np.ones((1, points.size)), np.ones((1, 3)))
+    if reflections <= 1:
+        return alone
+    again = LATER_BOUNCES * max(alone, after_each(1 + SECOND_BOUNCE * spectra, 1 + SECOND_BOUNCE * rgb))
+    room = after_each(_kept_in(spectra, reflections), _kept_in(rgb, reflections))
+    # filters or mirrors of one color, one behind another
+    rows = [
+        error(np.sum(weighted * spectra**count, axis=2).T, plain * rgb**count)
+        for count in IN_A_ROW if count < reflections
+    ]  # fmt: skip
+    return max(again, room, *rows)
+
+
+def _kept_in(reflectance: Array, most: int) -> Array:
+    """Light on the surfaces of a closed room of one reflectance after up to ``most`` reflections, 1 for the first."""
+    kept = np.clip(MOST_REFLECTANCE * reflectance, 0.0, MOST_REFLECTANCE)
+    return np.asarray((1 - kept**most) / (1 - kept))
 
 
 def distinct_lights(scene: Scene) -> list[Color | Spectrum]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from spectral_core.render.plan.bounds import error_of_light, error_of_share, irradiance_along
-from spectral_core.render.plan.inventory import largest_light
+from spectral_core.render.plan.light.sizes import largest_light
 from spectral_core.scene import Scene
 from spectral_core.scene.geometry import VolumeObject, index_box, placed, unit_box
 from spectral_core.volume.transfer import interpolate
@@ -17,8 +17,8 @@ MOST_VOXELS = 1 << 21
 """Most voxels that are searched for the least and largest value; more would delay an edit of the scene."""
 
 
-def error_of_volumes(scene: Scene) -> float:
-    """ΔE2000 of omitting all sampled volumes; infinite where one is dense."""
+def error_of_volumes(scene: Scene, ways: float = 2.0) -> float:
+    """ΔE2000 of omitting all sampled volumes; infinite where one is dense. ``ways``: of a path between surfaces."""
     share, light = 0.0, 0.0
     lit_by_lamps = any(volume.lighting != "even" for volume in scene.volumes)  # one lights all, as in the renderer
     for volume in scene.volumes:
@@ -27,8 +27,8 @@ def error_of_volumes(scene: Scene) -> float:
         depth, own, lit = (length * rate for rate in _rates(volume, lit_by_lamps))
         if not depth <= DENSEST:
             return float("inf")
-        share += 2 * depth  # on the way to a surface and back
-        light += own
+        share += ways * depth
+        light += (ways - 1.0) * own
         if lit == 0.0:
             continue
         light += lit / length * irradiance_along(scene, box, length)
