@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.cli.shared.outputs import require_outputs
+from spectral_core.cli.shared.outputs import require_format, require_outputs
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import whole_file
@@ -54,6 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Fill, measure, write."""
     from spectral_core import lattice
 
+    if arguments.out is not None:
+        require_format("--out", arguments.out, "CSV", ".csv", ".txt")
     if not 1 <= arguments.dims <= 16:
         raise InvalidInputError(f"--dims is {arguments.dims}; expected 1 to 16 dimensions")
     if arguments.refine < 0:

@@ -54,24 +54,27 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print a line per model, and write one model where asked."""
-    from spectral_core.cli.shared.outputs import require_outputs
+    from spectral_core.cli.shared.outputs import require_apart, require_format, require_outputs
     from spectral_core.cli.shared.spectra import files_in, illuminant_named, reflectance_named
     from spectral_core.files.whole import write_text
     from spectral_core.spectra import catalogue, observer
     from spectral_core.spectra.spectrum import told_apart
 
+    names = arguments.surface or catalogue.reflectance_names()
+    if arguments.out is not None:
+        require_apart([arguments.out], [file for name in (*arguments.light, *names) for file in files_in(name)])
+        require_format("--out", arguments.out, "JSON", ".json")
     named = [illuminant_named(name) for name in arguments.light or ("D65", "A", "FL11")]
     lights = [observer.normalized(light) for light in told_apart(named)]
     for light in lights:
         _require_white(light)
-    names = arguments.surface or catalogue.reflectance_names()
     surfaces = told_apart([reflectance_named(name) for name in names])
     grid = _grid(surfaces)
     models = _models(lights, surfaces, grid)
     if arguments.keep not in models:
         raise UnknownNameError.among("light model", arguments.keep, models)
     if arguments.out is not None:
-        require_outputs([arguments.out], [file for name in (*arguments.light, *names) for file in files_in(name)])
+        require_outputs([arguments.out])
     figures = {name: _figures(model, lights, surfaces) for name, model in models.items()}
     kept = models[arguments.keep]
     if arguments.out is not None:  # before printing, because the reader of the table may close the pipe

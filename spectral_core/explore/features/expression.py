@@ -133,7 +133,9 @@ def parse(text: str) -> ast.expr:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise InvalidInputError(f"the expression {text[:80]!r} cannot be read: {error}") from error
+        raise InvalidInputError(
+            f"the expression {text[:80]!r} cannot be read: {getattr(error, 'msg', error)}"
+        ) from error
     if sum(1 for _ in ast.walk(tree)) > MAX_NODES:
         raise InvalidInputError(f"the expression is too long; at most {MAX_NODES} names, numbers and signs are read")
     _check(tree, text, 0)

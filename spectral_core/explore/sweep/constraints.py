@@ -69,7 +69,7 @@ def parse_constraint(text: str, space: Space) -> list[LinearConstraint]:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise InvalidInputError(f"the constraint {text!r} cannot be read: {error}") from error
+        raise InvalidInputError(f"the constraint {text!r} cannot be read: {getattr(error, 'msg', error)}") from error
     if not isinstance(tree, ast.Compare):
         raise InvalidInputError(f"the constraint {text!r} is no comparison; expected for example 2*a + b <= 3")
     found = []
