@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     kept = models[arguments.keep]
     if arguments.out is not None:  # before printing, because the reader of the table may close the pipe
         write_text(arguments.out, json.dumps(_document(arguments.keep, kept, lights, surfaces), indent=1) + "\n")
-    count = "1 surface" if len(surfaces) == 1 else f"{len(surfaces)} surfaces"
+    count = counted(len(surfaces), "surface")
     print(f"{count} under {', '.join(light.name for light in lights)}; ΔE2000 to the full spectra")
     print(f"{'model':<22}{'mean':>8}{'largest':>9}{'mean, twice':>13}{'products':>10}")
     for name, row in figures.items():

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 from spectral_core.palette.given import CellIndex, cell_index_of, number_of, sequence_of
 
 Array = NDArray[np.float64]
@@ -61,8 +61,8 @@ class Cell:
         needs_others = self.mode in (CellMode.SAME, CellMode.CONSTANT, CellMode.DISTINCT)
         if bool(self.others) != needs_others or (self.mode is CellMode.SAME and len(self.others) != 1):
             raise InvalidInputError(
-                f"a cell of mode {self.mode} refers to {len(self.others)} other cells; 'same' takes one, 'constant' "
-                "and 'distinct' at least one, all other modes none"
+                f"a cell of mode {self.mode} refers to {counted(len(self.others), 'other cell')}; 'same' takes "
+                "one, 'constant' and 'distinct' at least one, all other modes none"
             )
         if self.box is not None:
             self._freeze_box(*self.box)

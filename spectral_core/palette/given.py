@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 if TYPE_CHECKING:
     from spectral_core.palette.problem import PaletteProblem
@@ -66,7 +66,7 @@ def light_and_color(pair: object) -> tuple[Any, ArrayLike]:
     """The two parts of an exact color."""
     found = sequence_of("an exact color", pair)
     if len(found) != 2:
-        raise InvalidInputError(f"an exact color has {len(found)} parts; expected a light and its color")
+        raise InvalidInputError(f"an exact color has {counted(len(found), 'part')}; expected a light and its color")
     return found[0], found[1]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import require_kind, require_range, require_whole
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.palette.assemble.equations import ExactCells
 from spectral_core.palette.cell import Cell, CellMode
 from spectral_core.palette.given import CellIndex, cell_index_of, sequence_of
@@ -140,7 +140,9 @@ def possible_colors(
         )
     spectra = [light.spectrum for light in problem.lights] if lights is None else list(sequence_of("lights", lights))
     if len(spectra) != len(problem.lights):
-        raise InvalidInputError(f"{len(spectra)} lights; expected {len(problem.lights)}, one for each column")
+        raise InvalidInputError(
+            f"{counted(len(spectra), 'light')}; expected {len(problem.lights)}, one for each column"
+        )
     for each in spectra:
         require_kind("a light", each, Illuminant)
     exact = ExactCells(problem, index, spectra)

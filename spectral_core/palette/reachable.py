@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, require_kind, require_whole
-from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.errors import InvalidInputError, SolveError, counted
 from spectral_core.palette.assemble.equations import Equation, equation_of
 from spectral_core.palette.assemble.limits import Limits
 from spectral_core.palette.assemble.programs import EXACT, Programs
@@ -116,8 +116,8 @@ class CellReach:
         self._programs = Programs(self._limits, grid.size)
         if len(held) and self._programs.any_point is None:
             raise InvalidInputError(
-                f"no reflectance between {bounds[0]:g} and {bounds[1]:g} has the {len(held)} exact colors together; "
-                "relax one of them"
+                f"no reflectance between {bounds[0]:g} and {bounds[1]:g} has the {counted(len(held), 'exact color')} "
+                "together; relax one of them"
             )
 
     def extent(self, direction: ArrayLike) -> tuple[float, Array]:

@@ -108,9 +108,9 @@ def test_spd_with_comments_and_irregular_blanks(tmp_path: Path) -> None:
         ("a.csv", "# note\nwavelength,x\n400,0.1\n400,0.2\n", r"line 4: wavelength 400 nm repeats 400 nm on line 3"),
         ("a.csv", "wavelength,x\n400,0.1\n420,0.2\n410,0.2\n", r"line 4: wavelength 410 nm breaks the order of 420 nm"),
         ("a.csv", "wavelength,x\n0.4,0.1\n0.5,0.2\n", r"line 2: wavelength 0\.4 nm .* wavelength_unit='um' would fit"),
-        ("a.csv", "wavelength,x\n400,0.1\n", r"line 2: spectrum 'x' has 1 samples, expected at least 2"),
+        ("a.csv", "wavelength,x\n400,0.1\n", r"line 2: spectrum 'x' has 1 sample, expected at least 2"),
         ("a.csv", "wavelength,x\n400,0.1\n410,0.2,0.3\n", r"line 3: 3 cells under 2 headings; expected a heading each"),
-        ("a.csv", "400,0.1\n410\n", r"line 2: 1 cells, expected 2"),
+        ("a.csv", "400,0.1\n410\n", r"line 2: 1 cell, expected 2"),
         ("a.csv", "wavelength\n400\n410\n", r"line 2: found 1 column\(s\) and 2 row\(s\)"),
         # a pattern that tries every start of a run of blanks takes quadratic time
         ("a.csv", f"(nm{' ' * 30_000}x,y{' ' * 30_000}[\n400,oops\n", r"line 2: 'oops' is not a number"),

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 
 MAX_LENGTH = 2000
 MAX_NODES = 400
@@ -172,7 +172,8 @@ def _check(node: ast.expr, text: str, depth: int) -> None:
             fewest, most, _ = FUNCTIONS[name]
             if not fewest <= len(args) <= most:
                 raise InvalidInputError(
-                    f"{name} takes {fewest if fewest == most else f'{fewest} to {most}'} values; got {len(args)}"
+                    f"{name} takes {counted(fewest, 'value') if fewest == most else f'{fewest} to {most} values'}; "
+                    f"got {len(args)}"
                 )
             parts = args
         case _:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from spectral_core.blas_threads import on_one_thread
 from spectral_core.checks import require_kind, require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.cell_errors import cell_errors
@@ -113,7 +113,7 @@ def solve_fluorescent(
         for light in start:
             require_kind("a light of an earlier solution", light, Spectrum)
         if len(start) != len(problem.lights):
-            raise InvalidInputError(f"start has {len(start)} lights; expected {len(problem.lights)}")
+            raise InvalidInputError(f"start has {counted(len(start), 'light')}; expected {len(problem.lights)}")
     own = [tuple(dyes.get(row, ())) for row in range(len(problem.reflectances))]
     design = FluorescentSpectra(problem, compiled_requests(problem), own)
     if start is not None:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_range
-from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.errors import InvalidInputError, SolveError, counted
 from spectral_core.palette.texture.reach import TEXTURE_GRID, stimulus_matrix
 from spectral_core.palette.texture.spline import NODES, axis, cell
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
@@ -130,7 +130,9 @@ def design_uplift(
     """
     started = time.perf_counter()
     if pins and second is None:
-        raise InvalidInputError(f"{len(pins)} pins without a second light; name the light under which they hold")
+        raise InvalidInputError(
+            f"{counted(len(pins), 'pin')} without a second light; name the light under which they hold"
+        )
     _require_apart(pins)
     spectra = np.eye(TEXTURE_GRID.size) if basis is None else np.asarray(basis, dtype=np.float64)
     nodes = _LatticeSolver(first, second, spectra, slope)

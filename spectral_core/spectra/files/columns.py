@@ -12,7 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError, counted
 from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid, Spectrum
 
 SpectrumKind = Literal["illuminant", "reflectance", "spectrum"]
@@ -124,7 +124,8 @@ def built(path: Path, column: Column, options: ReadOptions) -> Spectrum:
     if len(column.wavelengths) < 2:
         line = column.lines[-1] if column.lines else 1
         raise FileFormatError(
-            f"{path}, line {line}: spectrum {column.name!r} has {len(column.wavelengths)} samples, expected at least 2"
+            f"{path}, line {line}: spectrum {column.name!r} has {counted(len(column.wavelengths), 'sample')}, "
+            "expected at least 2"
         )
     wavelengths = np.array(column.wavelengths) * NM_PER_UNIT[wavelength_unit]
     values = np.array(column.values) * FRACTION_PER_UNIT[value_unit]

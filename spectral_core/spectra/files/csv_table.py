@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spectral_core.errors import FileFormatError
+from spectral_core.errors import FileFormatError, counted
 from spectral_core.files.guarded import read_text
 from spectral_core.files.whole import write_text
 from spectral_core.spectra.files.columns import (
@@ -198,8 +198,8 @@ def _columns_from_columns(path: Path, header: Row, body: list[Row], wavelength_u
     for line, cells in body:
         if headings and used(cells) > len(headings):
             raise FileFormatError(
-                f"{path}, line {line}: {used(cells)} cells under {len(headings)} headings; expected a heading each; "
-                f"{_ABOVE}"
+                f"{path}, line {line}: {counted(used(cells), 'cell')} under {counted(len(headings), 'heading')}; "
+                f"expected a heading each; {_ABOVE}"
             )
     own = readable(path.stem)
     unnamed = [own] if width == 2 else [f"{own} {number}" for number in range(1, width)]
@@ -207,7 +207,7 @@ def _columns_from_columns(path: Path, header: Row, body: list[Row], wavelength_u
     columns = [named_column(name, own, wavelength_unit) for name in names]
     for line, cells in body:
         if len(cells) < width and not headings:
-            raise FileFormatError(f"{path}, line {line}: {len(cells)} cells, expected {width}")
+            raise FileFormatError(f"{path}, line {line}: {counted(len(cells), 'cell')}, expected {width}")
         wavelength = number(path, line, cells[0], f"a wavelength; {_ABOVE}" if line == body[0][0] else "a wavelength")
         for column, cell in zip(columns, cells[1:], strict=False):
             if cell:
@@ -247,7 +247,9 @@ def _columns_from_rows(path: Path, header: Row, body: list[Row], wavelength_unit
     columns = []
     for line, (name, *cells) in body:
         if used(cells) > len(wavelengths):
-            raise FileFormatError(f"{path}, line {line}: {used(cells)} values for {len(wavelengths)} wavelengths")
+            raise FileFormatError(
+                f"{path}, line {line}: {counted(used(cells), 'value')} for {counted(len(wavelengths), 'wavelength')}"
+            )
         column = named_column(name, readable(path.stem), wavelength_unit)
         column.value_unit = column.value_unit or stated_unit(corner, FRACTION_PER_UNIT)
         for wavelength, cell in zip(wavelengths, cells, strict=False):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from spectral_core.errors import FileFormatError
+from spectral_core.errors import FileFormatError, counted
 from spectral_core.files.guarded import read_text
 from spectral_core.files.whole import write_text
 from spectral_core.spectra.files.columns import Column, ReadOptions, built, number, readable
@@ -30,8 +30,8 @@ def read(path: Path, options: ReadOptions) -> list[Spectrum]:
             continue
         if len(cells) != 2:
             raise FileFormatError(
-                f"{path}, line {line_number}: {len(cells)} values ({line.strip()[:40]!r}), expected a wavelength (nm) "
-                "and a value"
+                f"{path}, line {line_number}: {counted(len(cells), 'value')} ({line.strip()[:40]!r}), expected a "
+                "wavelength (nm) and a value"
             )
         wavelength, value = (number(path, line_number, cell, "a wavelength and a value") for cell in cells)
         column.add(line_number, wavelength, value)
