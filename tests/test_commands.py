@@ -265,19 +265,6 @@ def test_ctrl_c_ends_every_program_with_one_line(capsys: pytest.CaptureFixture[s
     assert capsys.readouterr().err == "stopped\n"
 
 
-@pytest.mark.parametrize("module", ["spectral_core.cli", "argparse", "spectral_core.explore.sweep.document"])
-def test_ctrl_c_while_the_script_imports_its_modules_is_one_line(module: str) -> None:
-    """In its first tenths of a second `spectral-scene` ended in a traceback."""
-    code = (
-        "import sys\nclass Stop:\n    def find_spec(self, name, *rest):\n"
-        f"        if name == {module!r}: raise KeyboardInterrupt\n"
-        "sys.meta_path.insert(0, Stop())\n"
-        "from blender_addon.commands import main\nsys.exit(main(['sweep', 'no.toml']))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, timeout=200)
-    assert (done.returncode, done.stderr) == (130, "stopped\n")
-
-
 @POSIX
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
 def test_a_stream_that_is_closed_from_the_start_is_no_fault(closed: str, tmp_path: Path) -> None:
