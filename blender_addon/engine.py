@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import RenderCancelled, SpectralError
+from spectral_core.errors import RenderCancelled, SpectralError, counted
 from spectral_core.render import Progress, RenderResult
 from spectral_core.scene import Note, Scene, has_holes
 
@@ -248,7 +248,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             print(f"spectral: {note.subject}: {note.message}")
         shown = [f"{note.subject}: {note.message}" for note in result.notes[:SHOWN_NOTES]]
         if len(result.notes) > SHOWN_NOTES:
-            shown.append(f"and {len(result.notes) - SHOWN_NOTES} more notes on the console")
+            shown.append(f"and {counted(len(result.notes) - SHOWN_NOTES, 'more note')} on the console")
         if shown:
             self.report({"WARNING"}, "\n".join(shown))
 

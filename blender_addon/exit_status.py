@@ -14,6 +14,8 @@ from typing import Any
 
 import bpy
 
+from spectral_core.errors import counted
+
 from . import jobs
 from .properties.render import ENGINE
 
@@ -64,7 +66,7 @@ def _failure() -> str:
     """Text on the renders with this engine that failed, "" if none did."""
     failed = jobs.failures()
     if failed:
-        return f"{len(failed)} of {len(jobs.records)} renders failed: {failed[-1].message}"
+        return f"{len(failed)} of {counted(len(jobs.records), 'render')} failed: {failed[-1].message}"
     if _stopped:
         return f"the render of the scene {_stopped[-1]!r} was stopped; Blender's messages above say why"
     given = _command_line()

@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 
 
 def frozen_array(
@@ -182,7 +182,7 @@ def _shape_in_words(shape: Sequence[int | None]) -> str:
     if not shape:
         return "a single number"
     if len(shape) == 1:
-        return "a list of numbers" if shape[0] is None else f"a list of {shape[0]} numbers"
+        return "a list of numbers" if shape[0] is None else f"a list of {counted(shape[0], 'number')}"
     return "×".join("any" if length is None else str(length) for length in shape)
 
 

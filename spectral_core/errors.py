@@ -34,9 +34,13 @@ def first_of(names: Iterable[object], count: int, most: int = 8) -> str:
     return listed + (f" and {count - most} more" if count > most else "")
 
 
-def counted(count: int, one: str, several: str = "") -> str:
-    """A number with its noun: "1 light", "2 lights". ``several``: the plural of a noun that takes more than an s."""
-    return f"{count} {one if count == 1 else several or one + 's'}"
+def counted(count: float, noun: str, plural: str = "", *, form: str = "") -> str:
+    """A number of things, for a message: 1 sample, 2 samples. ``plural``: of a noun that takes more than an s.
+
+    ``form`` writes the number, which may be no whole one.
+    """
+    number = format(count, form)
+    return f"{number} {noun if number == '1' else plural or f'{noun}s'}"
 
 
 class InvalidInputError(SpectralError, ValueError):

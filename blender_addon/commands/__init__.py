@@ -4,28 +4,39 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spectral_core import cli
-
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
     from spectral_core.explore.sweep.parameters import Space
 
 
 def command_names() -> list[str]:
     """Names of all commands, in alphabetical order."""
+    from spectral_core import cli
+
     return list(cli.command_packages([__name__]))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit status."""
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    if given[:1] in (["sweep"], ["explore"]):
-        from spectral_core.explore.sweep.document import register_compute
+    """Run one command and return its exit status.
 
-        register_compute("blend", _blend_node)
+    The script `spectral-scene` imports this module and calls this function. What takes time to import is imported here,
+    where Ctrl-C is one line from the start.
+    """
+    try:
+        from spectral_core import cli
+
+        given = list(sys.argv[1:] if arguments is None else arguments)
+        if given[:1] in (["sweep"], ["explore"]):
+            from spectral_core.explore.sweep.document import register_compute
+
+            register_compute("blend", _blend_node)
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return 130
     return cli.main(given, [__name__], _program())
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from spectral_core.cli.shared.outputs import numbered
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
+from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError, counted
 from spectral_core.files.kept import written_or_kept
 from spectral_core.files.whole import whole_file
 from spectral_core.files.whole_picture import require_written
@@ -111,7 +111,9 @@ def run(arguments: argparse.Namespace) -> int:
         "seconds": round(time.perf_counter() - start, 3),
     }
     for entry in written:
-        print(f"{', '.join(entry['files'])}: {entry['samples']} samples in {entry['seconds']:.1f} s, ", end="")
+        print(
+            f"{', '.join(entry['files'])}: {counted(entry['samples'], 'sample')} in {entry['seconds']:.1f} s, ", end=""
+        )
         print(f"{entry['transport']} ({entry['variant']})")
         if entry["passes"]:
             print(f"passes: {', '.join(entry['passes'])}")
@@ -121,10 +123,11 @@ def run(arguments: argparse.Namespace) -> int:
             said, found = entry["prediction"], entry["outcome"]
             least = "at least " if found["rare"] is not None else ""
             print(
-                f"predicted: {least}ΔE {said['delta_e']:.2g} in {said['seconds']:.1f} s, {said['samples']:.0f} samples"
+                f"predicted: {least}ΔE {said['delta_e']:.2g} in {said['seconds']:.1f} s, "
+                f"{counted(said['samples'], 'sample', form='.0f')}"
             )
             error = f"{least}ΔE {found['delta_e']:.2g} ± {2 * found['spread']:.1g}"
-            print(f"reached:   {error} in {found['seconds']:.1f} s, {found['samples']:.0f} samples")
+            print(f"reached:   {error} in {found['seconds']:.1f} s, {counted(found['samples'], 'sample', form='.0f')}")
     print(f"colors: {report['colors']}")
     for note in report["notes"]:
         print(f"note: {note}")
@@ -143,7 +146,7 @@ def _write_mitsuba(arguments: argparse.Namespace, folder: Path) -> int:
             scene.frame_set(arguments.frame)
         made = write_mitsuba(translated_scene(arguments), folder)
     notes = [*_blend.missing_files(), *(f"{note.subject}: {note.message}" for note in made.notes)]
-    print(f"{made.scene}: {len(made.files)} files; load it by mitsuba.load_file")
+    print(f"{made.scene}: {counted(len(made.files), 'file')}; load it by mitsuba.load_file")
     for note in notes:
         print(f"note: {note}")
     if arguments.json:
@@ -262,7 +265,7 @@ def _finished(records: list[Any], frame: int) -> Any:
         if record.status == "failed":
             raise RenderError(f"frame {frame}: {record.message}")
         if record.status == "cancelled":
-            raise RenderCancelled(f"frame {frame} was stopped after {record.samples} samples")
+            raise RenderCancelled(f"frame {frame} was stopped after {counted(record.samples, 'sample')}")
     return records[-1].result
 
 

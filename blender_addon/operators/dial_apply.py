@@ -11,7 +11,7 @@ import numpy as np
 from bpy.props import BoolProperty
 from bpy.types import ID, Context, Object, PropertyGroup, Scene, World
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 from .. import compat
 from ..editing.dial import changes, kept_mix, live
@@ -74,7 +74,7 @@ class SPECTRAL_OT_dial_apply(bpy.types.Operator):
         keyed = _animated(dial)
         if keyed:
             self.report({"WARNING"}, f"{keyed} is animated: its keyframes may replace the mixture")
-        self.report({"INFO"}, "1 power or strength written" if count == 1 else f"{count} powers and strengths written")
+        self.report({"INFO"}, f"{counted(count, 'power or strength', 'powers and strengths')} written")
 
 
 def _require_lamps(dial: PropertyGroup) -> None:

@@ -12,7 +12,7 @@ from bpy.props import BoolProperty, StringProperty
 from bpy.types import Context, Event, Scene
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError
+from spectral_core.errors import InvalidInputError, RenderCancelled, SpectralError, counted
 
 from ..drawing.clock import clock
 from ..editing.deferred import open_scene
@@ -77,7 +77,7 @@ def _take(scene: Scene, transport: "Transport", members: list[Member]) -> int:
     gone = store_members(dial.bulbs, members)
     color_bulbs(dial.bulbs, transport.lights)
     width, height = transport.size
-    dial.facts = f"{width}×{height}, {transport.samples} samples, {storage_name(transport.storage)}"
+    dial.facts = f"{width}×{height}, {counted(transport.samples, 'sample')}, {storage_name(transport.storage)}"
     dial.message = ""
     dial.scene_hash = transport.scene_hash
     return gone

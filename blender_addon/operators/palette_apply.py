@@ -5,7 +5,7 @@ import bpy
 from bpy.props import BoolProperty
 from bpy.types import Context, PropertyGroup
 
-from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.errors import InvalidInputError, SolveError, counted
 
 from .. import compat
 from ..editing.palette import bindings, picture
@@ -59,7 +59,7 @@ class SPECTRAL_OT_palette_apply(bpy.types.Operator):
             self.report({"WARNING"}, f"the table names deleted or unused data: {'; '.join(lost)}")
         for text in bindings.shared(palette):
             self.report({"WARNING"}, f"{text}; choose another one for each")
-        self.report({"INFO"}, "1 spectrum applied" if count == 1 else f"{count} spectra applied")
+        self.report({"INFO"}, f"{counted(count, 'spectrum', 'spectra')} applied")
 
 
 def _apply(palette: PropertyGroup) -> int:

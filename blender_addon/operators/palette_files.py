@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from bpy.types import Context, Operator, PropertyGroup
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from spectral_core.errors import InvalidInputError, first_of
+from spectral_core.errors import InvalidInputError, counted, first_of
 
 from .. import compat
 from ..editing.palette import solve as palette_solve
@@ -112,7 +112,7 @@ class SPECTRAL_OT_spectra_export(bpy.types.Operator, ExportHelper):
         else:
             for spectrum, name in zip(spectra, file_words([spectrum.name for spectrum in spectra]), strict=True):
                 write_spectra(path.with_name(f"{stem}_{name}{path.suffix}"), [spectrum])
-            self.report({"INFO"}, f"{len(spectra)} files written beside {path.name}")
+            self.report({"INFO"}, f"{counted(len(spectra), 'file')} written beside {path.name}")
         _tell_left_out(self, "files of spectra", _dyes(palette))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 from bpy.types import Context
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 from ..translate.palette import from_scene, table
 from .common import UNDOABLE, palette_in
@@ -37,7 +37,8 @@ class SPECTRAL_OT_palette_from_scene(Solving, bpy.types.Operator):
         materials = _unique(slot.material for each in objects for slot in each.material_slots)
         if not lights or not materials:
             raise InvalidInputError(
-                f"this scene has {len(lights)} lights and {len(materials)} materials; a palette needs one of each"
+                f"this scene has {counted(len(lights), 'light')} and {counted(len(materials), 'material')}; a "
+                "palette needs one of each"
             )
         for block in [*list(lights)[:MOST], *materials[:MOST]]:
             from_scene.begun_with(block)  # raises before anything is changed
@@ -50,7 +51,11 @@ class SPECTRAL_OT_palette_from_scene(Solving, bpy.types.Operator):
                 from_scene.add_material(palette, material)
         left = max(len(lights) - MOST, 0) + max(len(materials) - MOST, 0)
         if left:
-            self.report({"WARNING"}, f"{left} lights or materials are omitted; the table holds {MOST} of each")
+            self.report(
+                {"WARNING"},
+                f"{counted(left, 'light or material is', 'lights or materials are')} omitted; the table holds "
+                f"{MOST} of each",
+            )
 
 
 def _unique(found: Iterable[Any]) -> list[Any]:

@@ -8,7 +8,7 @@ import bpy
 from bpy.props import StringProperty
 from bpy.types import Context, Event, PropertyGroup
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 from .. import jobs
 from ..editing.dial.as_rendered import AsRendered
@@ -177,7 +177,7 @@ def store_curve(settings: PropertyGroup, curve: "CostCurve") -> None:
     least = "at least " if now.rare is not None else ""
     settings.cost_summary = (
         f"As it is set: {least}ΔE {now.delta_e:.2g} of noise in {now.seconds:.1f} s. "
-        f"ΔE 1 takes {asked.seconds:.1f} s, {asked.samples:.0f} samples in the mean."
+        f"ΔE 1 takes {asked.seconds:.1f} s, {counted(asked.samples, 'sample', form='.0f')} in the mean."
     )
     if now.rare is not None:
         settings.cost_summary += f" {now.rare.text}"
@@ -225,7 +225,7 @@ class SPECTRAL_OT_write_mitsuba(bpy.types.Operator):
             self.report({"WARNING"}, asked.layers.told)
         for note in made.notes:
             self.report({"WARNING"}, f"{note.subject}: {note.message}")
-        self.report({"INFO"}, f"{made.scene}: {len(made.files)} files")
+        self.report({"INFO"}, f"{made.scene}: {counted(len(made.files), 'file')}")
 
 
 def _draw_export(menu: bpy.types.Menu, _context: Context) -> None:

@@ -7,7 +7,7 @@ import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 from bpy.types import Context, Event
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 from ..editing.board.pointed import paths_under_pointer
 from ..editing.sweep import live as editing
@@ -163,7 +163,7 @@ class SPECTRAL_OT_sweep_keyframe(bpy.types.Operator):
         if not words or not all(word.isdecimal() and 1 <= int(word) <= len(found) for word in words):
             raise InvalidInputError(f"{self.rows!r} are no rows of the table; expected numbers from 1 to {len(found)}")
         last = keyframe_path(context.scene, [found[int(word) - 1] for word in words], self.step)
-        self.report({"INFO"}, f"{len(words)} points keyframed up to frame {last}")
+        self.report({"INFO"}, f"{counted(len(words), 'point')} keyframed up to frame {last}")
 
 
 def draw_menu(self: bpy.types.Menu, context: Context) -> None:

@@ -6,7 +6,7 @@ import re
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 from ..editing.board import live
 from ..editing.board.followed import is_unused
@@ -51,7 +51,7 @@ class SPECTRAL_PT_board(bpy.types.Panel):
 def _facts(running: live.Session) -> str:
     osc = "" if running.osc_port is None else f"OSC on port {running.osc_port}"
     midi = "MIDI" if any(hasattr(link, "pump") for link in running.links) else ""
-    return ", ".join(filter(None, (midi, osc, f"{running.board.received} messages")))
+    return ", ".join(filter(None, (midi, osc, counted(running.board.received, "message"))))
 
 
 def _draw_connection(layout: UILayout, settings: PropertyGroup) -> None:

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Sequence
 import bpy
 from bpy.types import ID, Context, PropertyGroup, UILayout
 
+from spectral_core.errors import counted
+
 from .. import compat
 from ..drawing.icons import curve_icon, swatch_icon
 from ..drawing.text import lines_in, told_apart, widths_in
@@ -100,7 +102,9 @@ def draw_curve(layout: UILayout, context: Context, spectral: PropertyGroup) -> N
     origin.active = False
     origin.scale_y = 0.8
     samples = spectral.samples
-    origin.label(text=f"{samples[0].wavelength_nm:.0f}–{samples[-1].wavelength_nm:.0f} nm, {len(samples)} values")
+    origin.label(
+        text=f"{samples[0].wavelength_nm:.0f}–{samples[-1].wavelength_nm:.0f} nm, {counted(len(samples), 'value')}"
+    )
     if spectral.origin:
         wrapped(origin, context, spectral.origin.partition(", see ")[0], indent=width_of(context) / 2)
     draw_swatches(layout, swatches_of(spectral))

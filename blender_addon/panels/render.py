@@ -4,6 +4,8 @@
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
+from spectral_core.errors import counted
+
 from .. import jobs
 from ..editing.waiting import is_waiting
 from ..operators.render import SPECTRAL_OT_cost
@@ -109,7 +111,9 @@ def _draw_outcome(layout: UILayout, context: Context) -> None:
         row.active = False
         row.label(text=title)
         least = "at least " if item.rare is not None else ""
-        row.label(text=f"{least}ΔE {item.delta_e:.2g}, {item.seconds:.1f} s, {item.samples:.0f} samples")
+        row.label(
+            text=f"{least}ΔE {item.delta_e:.2g}, {item.seconds:.1f} s, {counted(item.samples, 'sample', form='.0f')}"
+        )
     if found.rare is not None:
         wrapped(layout.column(), context, found.rare.text)
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from bpy.types import PropertyGroup
 
+from spectral_core.errors import counted
+
 from ..properties.dial import STORAGE
 
 if TYPE_CHECKING:
@@ -28,4 +30,4 @@ def storage_name(storage: Storage) -> str:
     for identifier, name, *_ in STORAGE:
         if storage_named(identifier.lower()).channel_names() == storage.channel_names():
             return str(name)
-    return f"{storage.kind}, {storage.channel_count} channels"
+    return f"{storage.kind}, {counted(storage.channel_count, 'channel')}"

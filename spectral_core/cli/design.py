@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from spectral_core.cli.shared.outputs import files_of_document, require_outputs
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError, UnknownNameError, first_of
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted, first_of
 from spectral_core.files.whole_set import whole_files
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
@@ -117,7 +117,7 @@ def _print(solution: PaletteSolution) -> None:
     for surface, row in zip(solution.reflectances, solution.delta_e_2000, strict=True):
         errors = ["—" if np.isnan(error) else f"{error:.3f}" for error in row]
         print(f"{surface.name:{width}}" + "".join(f"{text:>16}" for text in errors))
-    rounds = "1 round" if solution.rounds == 1 else f"{solution.rounds} rounds"
+    rounds = counted(solution.rounds, "round")
     print(
         f"{solution.status.value} after {rounds} by {', '.join(solution.engines) or 'no solver'}; "
         f"KKT residual {solution.kkt_residual:.1e}, {1e3 * solution.timings['total']:.0f} ms"

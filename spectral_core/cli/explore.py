@@ -17,7 +17,7 @@ from spectral_core.cli.shared.outputs import require_outputs
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.documents.toml import toml_text
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 ERRORS = ("rmse", "delta_e_mean", "flip")
 """Columns of error against time where none are named."""
@@ -131,7 +131,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise InvalidInputError(f"{folder} is read-only; name a file for the page elsewhere with --out PAGE.html")
     target = arguments.out or folder / "explore.html"
     write_page(target, table, thumbnails=not arguments.no_thumbnails)
-    print(f"{len(table.keys)} points: {target}")
+    print(f"{counted(len(table.keys), 'point')}: {target}")
     result |= {"points": len(table.keys), "page": str(target)}
     if arguments.json:
         print_json(result)
@@ -195,7 +195,7 @@ def _analyze(arguments: argparse.Namespace, store: Any) -> dict[str, Any]:
         result["compared"] = compare_rows(store, files.get("FILE_linear") or files["FILE"])
     if arguments.distance:
         result["measured"] = steps.add_distance(store, arguments.distance, _weights(arguments.weights), arguments.norm)
-        print(f"{result['measured']} rows measured: distance")
+        print(f"{counted(result['measured'], 'row')} measured: distance")
     if arguments.embed:
         steps.add_embedding(store, arguments.embed, arguments.columns)
     if arguments.clusters is not None:

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.cli.shared.outputs import require_outputs
+from spectral_core.cli.shared.outputs import require_format, require_outputs
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.files.whole import whole_file
 
 NAMED = {
@@ -54,6 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Fill, measure, write."""
     from spectral_core import lattice
 
+    if arguments.out is not None:
+        require_format("--out", arguments.out, "CSV", ".csv", ".txt")
     if not 1 <= arguments.dims <= 16:
         raise InvalidInputError(f"--dims is {arguments.dims}; expected 1 to 16 dimensions")
     if arguments.refine < 0:
@@ -110,7 +112,7 @@ def _ranges(arguments: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
         values = np.array([default] if given is None else given)
         if len(values) not in (1, arguments.dims):
             raise InvalidInputError(
-                f"--{name} has {len(values)} values; expected 1 or one per parameter ({arguments.dims})"
+                f"--{name} has {counted(len(values), 'value')}; expected 1 or one per parameter ({arguments.dims})"
             )
         ends.append(np.broadcast_to(values, (arguments.dims,)).copy())
     return ends[0], ends[1]
@@ -181,7 +183,7 @@ def _report(chosen: Any, points: np.ndarray, region: Any) -> dict[str, Any]:
 def _print_report(report: dict[str, Any]) -> None:
     from spectral_core.lattice.measure.measures import MOST_PAIRED
 
-    print(f"{report['points']} points of {report['lattice']}")
+    print(f"{counted(report['points'], 'point')} of {report['lattice']}")
     print(f"packing radius {report['packing_radius']:.6f}, kissing number {report['kissing_number']}")
     low, high = report["covering_radius"]
     print(f"second moment {report['second_moment']:.6f} ± {report['second_moment_standard_error']:.1g}")

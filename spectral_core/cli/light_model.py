@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,29 +54,32 @@ def unused(arguments: argparse.Namespace) -> dict[str, str]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print a line per model, and write one model where asked."""
-    from spectral_core.cli.shared.outputs import require_outputs
+    from spectral_core.cli.shared.outputs import require_apart, require_format, require_outputs
     from spectral_core.cli.shared.spectra import files_in, illuminant_named, reflectance_named
     from spectral_core.files.whole import write_text
     from spectral_core.spectra import catalogue, observer
     from spectral_core.spectra.spectrum import told_apart
 
+    names = arguments.surface or catalogue.reflectance_names()
+    if arguments.out is not None:
+        require_apart([arguments.out], [file for name in (*arguments.light, *names) for file in files_in(name)])
+        require_format("--out", arguments.out, "JSON", ".json")
     named = [illuminant_named(name) for name in arguments.light or ("D65", "A", "FL11")]
     lights = [observer.normalized(light) for light in told_apart(named)]
     for light in lights:
         _require_white(light)
-    names = arguments.surface or catalogue.reflectance_names()
     surfaces = told_apart([reflectance_named(name) for name in names])
     grid = _grid(surfaces)
     models = _models(lights, surfaces, grid)
     if arguments.keep not in models:
         raise UnknownNameError.among("light model", arguments.keep, models)
     if arguments.out is not None:
-        require_outputs([arguments.out], [file for name in (*arguments.light, *names) for file in files_in(name)])
+        require_outputs([arguments.out])
     figures = {name: _figures(model, lights, surfaces) for name, model in models.items()}
     kept = models[arguments.keep]
     if arguments.out is not None:  # before printing, because the reader of the table may close the pipe
         write_text(arguments.out, json.dumps(_document(arguments.keep, kept, lights, surfaces), indent=1) + "\n")
-    count = "1 surface" if len(surfaces) == 1 else f"{len(surfaces)} surfaces"
+    count = counted(len(surfaces), "surface")
     print(f"{count} under {', '.join(light.name for light in lights)}; ΔE2000 to the full spectra")
     print(f"{'model':<22}{'mean':>8}{'largest':>9}{'mean, twice':>13}{'products':>10}")
     for name, row in figures.items():

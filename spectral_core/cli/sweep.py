@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.errors import InvalidInputError, MissingDependencyError, counted
 
 MOST_SHARES = 100_000
 """Commands of an array job: schedulers take fewer."""
@@ -104,7 +104,8 @@ def _work(arguments: argparse.Namespace, sweep: Any, folder: Path) -> int:
         return _share(arguments, sweep)
     sweep.store.recover()
     if arguments.retry:
-        print(f"{sweep.store.ledger.retry_failed()} points that were set aside are tried again")
+        again = sweep.store.ledger.retry_failed()
+        print(counted(again, "point that was set aside is tried", "points that were set aside are tried"), "again")
     if arguments.collect:
         return _collect(arguments, sweep, folder)
     plan = sweep.pending() if arguments.pending else sweep.plan(arguments.budget)
@@ -213,7 +214,7 @@ def _share(arguments: argparse.Namespace, sweep: Any) -> int:
         except Exception as error:
             failed += 1
             print(f"{row.key}: {type(error).__name__}: {error}", file=sys.stderr)
-    print(f"{len(pending) - failed} points computed, {failed} failed")
+    print(f"{counted(len(pending) - failed, 'point')} computed, {failed} failed")
     if arguments.json:
         print_json({"computed": len(pending) - failed, "failed": failed})
     return 1 if failed else 0

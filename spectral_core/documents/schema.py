@@ -16,7 +16,7 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-from spectral_core.errors import FileFormatError
+from spectral_core.errors import FileFormatError, counted
 
 Table = dict[str, Any]
 
@@ -118,7 +118,7 @@ class Schema:
         low, high = schema.get("minItems", 0), schema.get("maxItems", len(value))
         if not low <= len(value) <= high:
             count = f"{low}" if low == high else f"{low} to {high}" if "maxItems" in schema else f"at least {low}"
-            raise FileFormatError(f"{place} has {len(value)} entries; expected {count}")
+            raise FileFormatError(f"{place} has {counted(len(value), 'entry', 'entries')}; expected {count}")
         items = schema.get("items", {})
         if self._resolved(items) == {"type": "number"}:  # long lists of samples: without a call for each
             wrong = next((index for index, item in enumerate(value) if type(item) not in (int, float)), None)

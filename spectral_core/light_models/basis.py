@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, require_kind, require_whole
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.light_models.interface import LightModel, on_grid, values_on_grid
 from spectral_core.spectra.observer import Observer, xyz_from_spectrum
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
@@ -38,8 +38,8 @@ def principal_components(spectra: ArrayLike, size: int) -> Array:
     size = require_whole("size", size, -1 << 30, 1 << 30)
     if not 1 <= size <= min(stacked.shape):
         raise InvalidInputError(
-            f"{size} components of {stacked.shape[0]} spectra with {stacked.shape[1]} samples; expected 1 to "
-            f"{min(stacked.shape)}"
+            f"{size} components of {counted(stacked.shape[0], 'spectrum', 'spectra')} with {stacked.shape[1]} "
+            f"samples; expected 1 to {min(stacked.shape)}"
         )
     return np.linalg.svd(stacked, full_matrices=False)[2][:size].T
 

@@ -61,8 +61,8 @@ class Cell:
         needs_others = self.mode in (CellMode.SAME, CellMode.CONSTANT, CellMode.DISTINCT)
         if bool(self.others) != needs_others or (self.mode is CellMode.SAME and len(self.others) != 1):
             raise InvalidInputError(
-                f"a cell of mode {self.mode} refers to {len(self.others)} other cells; 'same' takes one, 'constant' "
-                "and 'distinct' at least one, all other modes none"
+                f"a cell of mode {self.mode} refers to {counted(len(self.others), 'other cell')}; 'same' takes "
+                "one, 'constant' and 'distinct' at least one, all other modes none"
             )
         if self.box is not None:
             self._freeze_box(*self.box)

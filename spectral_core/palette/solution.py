@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.errors import counted
 from spectral_core.palette.problem import CellIndex, PaletteProblem
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -127,7 +128,7 @@ class PaletteSolution:
 
     def __repr__(self) -> str:
         rows, columns = self.delta_e_2000.shape
-        size = f"{rows} reflectances, {columns} lights"
+        size = f"{counted(rows, 'reflectance')}, {counted(columns, 'light')}"
         return f"PaletteSolution({self.status}, {size}, ΔE2000 {self.max_delta_e_2000:.3g} at most)"
 
     @property

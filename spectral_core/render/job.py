@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import RenderError, SpectralError
+from spectral_core.errors import RenderError, SpectralError, counted
 from spectral_core.render.denoise import Guides
 from spectral_core.render.lights.mitsuba_lights import MitsubaLights
 from spectral_core.render.mitsuba_scene import LoadedScene, load_scene
@@ -255,7 +255,8 @@ class RenderJob:
         lost = sum(sums.lost for sums in self._sums.values())
         if not lost:
             return self._notes
-        text = f"{lost} samples were not finite numbers and count as black; look for extreme lights or materials"
+        found = counted(lost, "sample was no finite number and counts", "samples were not finite numbers and count")
+        text = f"{found} as black; look for extreme lights or materials"
         return (*self._notes, Note("Renderer", text))
 
     @property

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.errors import counted
 from spectral_core.render.cost.adaptive import Outcome
 from spectral_core.render.cost.model import Prediction
 from spectral_core.render.plan.effects import EffectPlan
@@ -82,7 +83,8 @@ class RenderResult:
 
     def __repr__(self) -> str:
         height, width = self.pixels.shape[:2]
-        return f"RenderResult({self.status}, {width}×{height} pixels, {self.samples} samples in {self.seconds:.1f} s)"
+        samples = counted(self.samples, "sample")
+        return f"RenderResult({self.status}, {width}×{height} pixels, {samples} in {self.seconds:.1f} s)"
 
     @property
     def header(self) -> dict[str, str]:
@@ -100,10 +102,12 @@ class RenderResult:
             said, found = self.prediction, self.outcome
             least = "" if found.rare is None else "at least "
             entries["spectral.predicted"] = (
-                f"dE2000 {least}{said.delta_e:.3g}; {said.seconds:.3g} s; {said.samples:.4g} samples"
+                f"dE2000 {least}{said.delta_e:.3g}; {said.seconds:.3g} s; {counted(said.samples, 'sample', form='.4g')}"
             )
             reached = f"dE2000 {least}{found.delta_e:.3g} +- {found.spread:.2g}"
-            entries["spectral.outcome"] = f"{reached}; {found.seconds:.3g} s; {found.samples:.4g} samples"
+            entries["spectral.outcome"] = (
+                f"{reached}; {found.seconds:.3g} s; {counted(found.samples, 'sample', form='.4g')}"
+            )
             if found.rare is not None:
                 entries["spectral.rare"] = found.rare.text
         return entries

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import read_only_when_copied, require_choices, require_range, require_whole
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 from spectral_core.scene.geometry import affine
 
 LEAST_VIEW_RAD = 1e-7
@@ -63,7 +63,8 @@ class Panorama:
             raise UnknownNameError.among("kind of panorama", self.kind, PANORAMAS)
         if len(self.numbers) != PANORAMAS[self.kind]:
             raise InvalidInputError(
-                f"a panorama of kind {self.kind!r} has {len(self.numbers)} numbers; expected {PANORAMAS[self.kind]}"
+                f"a panorama of kind {self.kind!r} has {counted(len(self.numbers), 'number')}; expected "
+                f"{PANORAMAS[self.kind]}"
             )
         for value in self.numbers:
             require_range("panorama number", value, -1e9, 1e9)
@@ -169,7 +170,7 @@ class Film:
             sides = tuple(require_whole("a number of the crop", side, 0, 65536, " pixels") for side in self.crop)
             if len(sides) != 4:
                 raise InvalidInputError(
-                    f"crop {self.crop} has {len(sides)} numbers; expected left, bottom, width, height"
+                    f"crop {self.crop} has {counted(len(sides), 'number')}; expected left, bottom, width, height"
                 )
             left, bottom, width, height = sides
             object.__setattr__(self, "crop", sides)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.scene.paint import Color, Paint, gray
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.fluorescence import ENERGY_SLACK, FluorescentDye, require_energy, share_per_amount
@@ -42,7 +42,8 @@ class Fluorescent:
     def __post_init__(self) -> None:
         if len(self.amounts) != len(self.dyes):
             raise InvalidInputError(
-                f"a fluorescent surface has {len(self.dyes)} dyes and {len(self.amounts)} amounts; give one per dye"
+                f"a fluorescent surface has {counted(len(self.dyes), 'dye')} and "
+                f"{counted(len(self.amounts), 'amount')}; give one per dye"
             )
         for dye, amount in zip(self.dyes, self.amounts, strict=True):
             require_range(f"the amount of dye {dye.name!r}", float(amount), 0.0, 1e6)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.scene.rays import Rays
 
 VOLUME_BOX = "box of volumes"
@@ -72,7 +72,7 @@ class Mesh:
             if len(attribute.values) != vertex_count:
                 raise InvalidInputError(
                     f"mesh {self.name!r} has {vertex_count} vertices and its attribute {attribute.name!r} has "
-                    f"{len(attribute.values)} values; give one per vertex"
+                    f"{counted(len(attribute.values), 'value')}; give one per vertex"
                 )
         if self.material_indices is not None:
             _require_whole_numbers(self, "material_indices", 65535)

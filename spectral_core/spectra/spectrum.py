@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_text
-from spectral_core.errors import GridMismatchError, InvalidInputError
+from spectral_core.errors import GridMismatchError, InvalidInputError, counted
 
 Interpolation = Literal["linear", "sampled"]
 MOST_KNOTS = 1_000_000
@@ -160,8 +160,8 @@ class Spectrum:
         object.__setattr__(self, "values", frozen_array(f"spectrum {self.name!r}", self.values, (None,)))
         if self.values.size != self.grid.size:
             raise GridMismatchError(
-                f"spectrum {self.name!r} has {self.values.size} values, its grid {self.grid} has {self.grid.size}; "
-                "give one value per wavelength"
+                f"spectrum {self.name!r} has {counted(self.values.size, 'value')}, its grid {self.grid} has "
+                f"{self.grid.size}; give one value per wavelength"
             )
 
     def __repr__(self) -> str:

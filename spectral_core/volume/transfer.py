@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 FARTHEST_KNOT = 1e300
 """Largest size of a knot: the difference of two knots is a double."""
@@ -106,7 +106,8 @@ class TransferFunction:
             if len(material.color) != length:
                 kind = "linear RGB" if self.wavelengths_nm is None else "the wavelengths of the transfer function"
                 raise InvalidInputError(
-                    f"color of material {material.name!r} has {len(material.color)} entries; expected {length} ({kind})"
+                    f"color of material {material.name!r} has {counted(len(material.color), 'entry', 'entries')}; "
+                    f"expected {length} ({kind})"
                 )
 
     @property

@@ -169,7 +169,7 @@ def test_a_measured_luminaire(build, translate):
     np.testing.assert_allclose(photometry.strength, [np.array([100, 80, 20]) * 2.0 * 0.5 * 1 * WATTS_PER_CANDELA])
     node.ies.clear()
     node.ies.write(IES.replace("80", "-80"))
-    assert any("1 negative candelas of 3" in note.message for note in translate().notes)
+    assert any("1 negative candela of 3" in note.message for note in translate().notes)
     node.ies.clear()
     node.ies.write("no table")
     scene = translate()

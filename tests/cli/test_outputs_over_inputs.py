@@ -138,3 +138,17 @@ def test_texture_keeps_what_it_reads(tmp_path: Path, capsys: Any) -> None:
         refused(capsys, document, command, document, "--out", tmp_path)
     document.rename(tmp_path / "two.json")
     refused(capsys, lights, "texture", tmp_path / "two.json", "--out", tmp_path)
+
+
+@pytest.mark.parametrize(("words", "names", "ending"), [
+    (["light-model", "--light", "D65"], ["m.csv", "m", "m.json.gz"], ".json"),
+    (["lattice", "--points", "3"], ["p.json", "p.png", "p"], ".csv"),
+])  # fmt: skip
+def test_a_name_that_announces_other_contents_is_refused(
+    tmp_path: Path, capsys: Any, words: list[str], names: list[str], ending: str
+) -> None:
+    """``light-model --out m.csv`` wrote JSON into a file that spreadsheets open."""
+    for name in names:
+        assert main([*words, "--out", str(tmp_path / "new" / name)]) == 1
+        assert f"so end it with {ending}" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()

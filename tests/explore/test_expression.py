@@ -90,7 +90,11 @@ def test_linear_constraints_agree_in_values_and_in_the_unit_cube(text: str) -> N
             values = SPACE.values(unit)
             numbers = {name: value for name, value in values.items() if not isinstance(value, str)}
             at = SPACE.coordinates(values)
-            assert one.holds(SPACE, numbers) == (row @ at <= bound + 1e-9)  # type: ignore[arg-type]
+            if any(SPACE[name].kind == "integer" for name, _ in one.coefficients):
+                # the whole interval of each number that is allowed, so that all of them have equal shares
+                assert not one.holds(SPACE, numbers) or row @ unit <= bound + 1e-9  # type: ignore[arg-type]
+            else:
+                assert one.holds(SPACE, numbers) == (row @ at <= bound + 1e-9)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -153,3 +157,33 @@ def test_a_missing_number_beside_a_text_is_missing() -> None:
     assert evaluate('"none" if kind == "b" else y', columns) == ["1.5", "", "none", ""]
     assert evaluate('isnan(where(kind == "a", y, "none"))', columns) == [0.0, 1.0, 0.0, 1.0]
     assert evaluate('where(y > 1, kind, "")', columns) == ["a", "", "", ""]
+
+
+def test_numbers_beside_texts_keep_their_look() -> None:
+    """``where(n > 3, "big", n)`` was 3.0 where n is 3, and an infinite number was the text inf."""
+    columns = {"n": [1, 3, 5], "x": [0.5, None, 2.0]}
+    assert evaluate('where(n > 3, "big", n)', columns) == ["1", "3", "big"]
+    assert evaluate('n if n > 1 else "few"', columns) == ["few", "3", "5"]
+    assert evaluate('where(n > 1, x, "none")', columns) == ["none", "", "2"]
+    assert evaluate('where(n > 1, 1 / 0, "none")', columns) == ["none", "", ""]
+
+
+def test_a_number_equals_the_text_that_states_it() -> None:
+    """Beside one text all numbers of a column are texts: ``threads == 2`` was 0 everywhere."""
+    columns = {"threads": [1, 2, "auto", None], "n": [1, 2, 3, None]}
+    assert evaluate("threads == 2", columns) == [0.0, 1.0, 0.0, None]
+    assert evaluate("threads != 2", columns) == [1.0, 0.0, 1.0, None]
+    assert evaluate('threads == "2.0"', columns) == [0.0, 0.0, 0.0, None]  # two texts
+    assert evaluate('n == "2"', columns) == [0.0, 1.0, 0.0, None]
+    assert evaluate('n == ""', columns) == [0.0, 0.0, 0.0, 1.0]
+    with pytest.raises(InvalidInputError, match="which of a text and a number is larger"):
+        evaluate("threads < 2", columns)
+
+
+def test_a_column_without_any_text_yet_is_missing_everywhere() -> None:
+    """``label == ""`` was 0 at all rows of such a column, and ``label < "b"`` ended in a message of NumPy."""
+    columns = {"label": [None, None]}
+    assert evaluate('label == ""', columns) == [1.0, 1.0]
+    assert evaluate('label != ""', columns) == [0.0, 0.0]
+    assert evaluate('where(label == "", "none", label)', columns) == ["none", "none"]
+    assert evaluate('label < "b"', columns) == [None, None]

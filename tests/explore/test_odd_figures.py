@@ -104,7 +104,7 @@ def test_rows_are_labeled_where_a_column_is_named_label(tmp_path: Path) -> None:
         page.open(path.resolve().as_uri())
         page.run("explorer.select(Uint8Array.from([0, 1]))")
         page.run("document.getElementById('label-text').value = 'good'; document.getElementById('label').click()")
-        assert page.run("document.getElementById('status').textContent") == "1 rows labeled in label_3"
+        assert page.run("document.getElementById('status').textContent") == "1 row labeled in label_3"
         assert page.run("explorer.csv()").splitlines()[2].split(",")[1:5] == ["2", "y", "123457", "good"]
         page.run("explorer.setLabels('samples', {k: 'z'})")
         assert page.run("Array.from(explorer.table.byName.get('samples').values)") == [16384, 123457]

@@ -113,7 +113,7 @@ def test_listed_points_that_would_be_ignored_are_refused() -> None:
     points = [{"n": 2, "c": 1}]
     with pytest.raises(InvalidInputError, match="which kind = 'sobol' does not read"):
         points_of(COUNTED, CHOSEN, design={"kind": "sobol", "points": points})
-    with pytest.raises(InvalidInputError, match="lists 1 points and has a budget of 7"):
+    with pytest.raises(InvalidInputError, match="lists 1 point and has a budget of 7"):
         points_of(COUNTED, CHOSEN, design={"points": points, "budget": 7})
 
 

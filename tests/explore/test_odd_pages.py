@@ -150,3 +150,29 @@ def test_keys_work_after_a_variable_was_ticked_and_arrows_go_on_from_the_point_p
         assert page.run("[explorer.state.color, document.getElementById('status').textContent]") == [
             "a", "Select points first; the label is written on them."]  # fmt: skip
         assert page.errors == []
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_an_axis_of_a_phone_has_two_ticks_and_its_file_has_texts_that_stay_texts(tmp_path: Path) -> None:
+    """The axis of a column from 2000 to 12000 had the tick 5000 alone, and texts such as 3 were numbers in the file."""
+    texts = ["3", "1e5", "nan", "'a'", "=1+1", "a,b", "3 m"]
+    columns = {"t": np.linspace(2000, 12000, 7).tolist(), "u": np.linspace(99000, 99999, 7).tolist(),
+               "w": [float(k) for k in range(7)], "text": texts}  # fmt: skip
+    table = PageTable("narrow", "narrow", columns, list("abcdefg"))
+    with Browser(390, 800) as page:
+        page.open(write_page(tmp_path / "page.html", table).resolve().as_uri())
+        page.run("""globalThis.written = []; const draw = CanvasRenderingContext2D.prototype.fillText;
+        CanvasRenderingContext2D.prototype.fillText = function (text, ...rest) {
+          written.push([text, ...rest]); draw.call(this, text, ...rest); };""")
+        for order in (["w", "u", "t", "text"], ["t", "u", "w", "text"], ["u", "w", "text", "t"]):
+            page.run(f"written.length = 0; explorer.state.columns = {order}; explorer.changed(); 0")
+            lowest = page.run("Math.max(...written.map(([, , y]) => y))")
+            panels = page.run("explorer.matrix.panels.filter((p) => p.row === 3).map((p) => [p.left, p.width])")
+            for (left, width), name in zip(panels, order, strict=True):
+                below = page.run(f"""written.filter(([, x, y]) => y === {lowest} && x > {left - 5} &&
+                    x < {left + width + 5}).map(([text]) => text)""")
+                assert name == "text" or len(below) >= 2, (name, below)
+        lines = page.run("explorer.csv()").splitlines()
+        assert page.errors == []
+    assert [line.split(",", 4)[4].removesuffix(",0") for line in lines[1:]] == [
+        "'3", "'1e5", "'nan", "''a'", "'=1+1", '"a,b"', "3 m"]  # fmt: skip

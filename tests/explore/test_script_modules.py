@@ -68,3 +68,19 @@ def test_a_column_whose_range_no_number_holds_has_a_scale(tmp_path: Path) -> Non
         wide,
     )
     assert places == pytest.approx([0.03, 0.5, 0.97]) and texts == ["-1.7e+308", "0", "1.7e+308"]
+
+
+@pytest.mark.parametrize(("log", "value", "expected"), [
+    (False, 0.001, [0.0, 0.006]), (False, 1.0, [0.995, 1.0]), (False, 3.0, [2.995, 3.005]), (True, 0.01, [0.01, None]),
+])  # fmt: skip
+def test_the_region_around_one_point_stays_in_the_range_of_the_sweep(
+    tmp_path: Path, log: bool, value: float, expected: list[float | None]
+) -> None:
+    """A point with roughness 0.001 gave a region from -0.004, where *Sample here* added points."""
+    about = {"role": "parameter", "of": "real", "log": log, "range": [0.01 if log else 0.0, 1.0]}
+    column = _packed("roughness", [value, value + 1.0 if value != 1.0 else 0.0], about)
+    region = tomllib.loads(answer(tmp_path, "tomlOf(regionAround(table, [0], 'r'))", column))["region"]
+    found = region["ranges"]["roughness"]
+    assert found[0] < found[1]
+    for end, wanted in zip(found, expected, strict=True):
+        assert wanted is None or end == pytest.approx(wanted)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from spectral_core.errors import counted
 from spectral_core.palette import presets, solve_palette
 from spectral_core.render.relight.storages import storage_named
 from spectral_core.render.relight.transport import Transport
@@ -24,3 +25,10 @@ def test_objects_with_arrays_are_shown_in_one_line() -> None:
         (None, None), 1.0, "0" * 64, 16, 0,
     )  # fmt: skip
     assert repr(recorded) == "Transport(bands, 6×4 pixels, 16 samples, light groups ('Key', 'Fill'))"
+
+
+def test_one_thing_is_singular() -> None:
+    assert [counted(count, "sample") for count in (0, 1, 2)] == ["0 samples", "1 sample", "2 samples"]
+    assert [counted(count, "entry", "entries") for count in (1, 2)] == ["1 entry", "2 entries"]
+    assert [counted(count, "sample", form=".0f") for count in (0.9, 1.2, 1.6)] == ["1 sample", "1 sample", "2 samples"]
+    assert counted(1000, "row", form=",") == "1,000 rows"

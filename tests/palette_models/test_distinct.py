@@ -116,7 +116,7 @@ def test_a_warm_start_keeps_the_solution_and_follows_an_edit() -> None:
     problem = most_distinct(3)
     first = solve_palette(problem)
     again = solve_palette(problem, warm=first)
-    assert "best of 1 local searches" in again.notes[-1]
+    assert "best of 1 local search" in again.notes[-1]
     assert again.residuals["least_delta_e_2000"] > first.residuals["least_delta_e_2000"] - 0.1
     rougher = solve_palette(replace(problem, smoothness=0.1), warm=again)
     assert rougher.residuals["least_delta_e_2000"] > again.residuals["least_delta_e_2000"] + 1

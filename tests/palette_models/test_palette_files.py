@@ -211,7 +211,7 @@ def test_abbreviations_of_documents(tmp_path: Path) -> None:
         ),
         (HEAD.replace('"D65"', "{file = 'no.csv'}"), r"there is no file .*no\.csv"),
         (HEAD.replace('"D65"', "{}"), r"lights\[0\]: a spectrum gives nothing; expected one of"),
-        (HEAD.replace('"D65"', "{values = [1]}"), r"lights\[0\]\.spectrum\.values has 1 entries; expected at least 2"),
+        (HEAD.replace('"D65"', "{values = [1]}"), r"lights\[0\]\.spectrum\.values has 1 entry; expected at least 2"),
         (HEAD.replace('"D65"', "3"), r"lights\[0\]\.spectrum is 3; expected a"),
         (HEAD.replace("step_nm = 10", "step_nm = 7"), r"no whole number of steps of 7 nm"),
         (HEAD.replace("step_nm = 10", "step_nm = 1e-4"), r"step_nm is 0\.0001"),

@@ -30,7 +30,7 @@ SOLUTION = solve_palette(presets.metamer_pair())
         ("delta_e_2000", [[1.0]], r"delta_e_2000 has shape \(1, 1\); expected finite numbers of shape \(2, 2\)"),
         ("actual_linear_rgb", True, r"actual_linear_rgb has shape \(\)"),
         ("illuminants", [], "2 reflectances and 0 illuminants; expected 2 and 2"),
-        ("amounts", [None], "amounts have 1 entries; expected 2"),
+        ("amounts", [None], "amounts have 1 entry; expected 2"),
         ("status", "fine", "fine"),
     ],
 )

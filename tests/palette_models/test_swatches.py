@@ -175,7 +175,7 @@ def test_blocks_beyond_the_stated_count_are_no_lost_swatches(tmp_path: Path) -> 
     write_swatches(path, [Swatch("first", np.zeros(3)), Swatch("second", np.ones(3))])
     data = path.read_bytes()
     path.write_bytes(data[:8] + b"\0\0\0\1" + data[12:])
-    with pytest.raises(FileFormatError, match="its header states 1 blocks, and [0-9]+ bytes follow them"):
+    with pytest.raises(FileFormatError, match="its header states 1 block, and [0-9]+ bytes follow"):
         read_swatches(path)
     path.write_bytes(data + b"\0\0")
     assert [swatch.name for swatch in read_swatches(path)] == ["first", "second"]

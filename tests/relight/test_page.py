@@ -141,7 +141,7 @@ def test_a_view_transform_of_two_nodes_is_trilinear_and_one_node_is_refused() ->
     # At its nodes the table returns its entries, here with red and blue exchanged.
     least, most = nodes(2)
     np.testing.assert_allclose(found.shown(np.array([[most, least, least]])), [[0.0, 0.0, 1.0]], atol=1e-6)
-    with pytest.raises(InvalidInputError, match="has 1 nodes per axis"):
+    with pytest.raises(InvalidInputError, match="has 1 node per axis"):
         ViewTransform("One", np.zeros((1, 1, 1, 3)))
 
 

@@ -105,7 +105,7 @@ def test_a_page_is_refused_by_its_size_in_bytes(tmp_path: Path, monkeypatch: pyt
         write_page(tmp_path / "p.html", transport)
     monkeypatch.undo()
     write_page(tmp_path / "p.html", transport_of(np.full((2, 3, 1, 1), 65504.0)))
-    with pytest.raises(InvalidInputError, match="1 values are over 65504"):
+    with pytest.raises(InvalidInputError, match="1 value is over 65504"):
         write_page(tmp_path / "p.html", transport_of(np.array([65504.0, 65536.0, 1, 1, 1, 1]).reshape(2, 3, 1, 1)))
 
 

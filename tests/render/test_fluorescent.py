@@ -154,7 +154,7 @@ def test_emission_above_the_absorbed_light_is_refused_with_a_remedy():
     factor = float(str(told.value).partition("dyes by ")[2].partition(",")[0])
     Fluorescent(gray(0.5), (DYE,), (0.6 * factor,))
     assert Fluorescent.largest_share(gray(0.5), (DYE,), (0.6,)) == pytest.approx(factor, abs=2e-3)
-    with pytest.raises(InvalidInputError, match="1 dyes and 2 amounts; give one per dye"):
+    with pytest.raises(InvalidInputError, match="1 dye and 2 amounts; give one per dye"):
         Fluorescent(gray(0.5), (DYE,), (0.1, 0.1))
 
 

@@ -89,7 +89,7 @@ def test_dat_of_inviwo_is_placed_by_its_box(tmp_path: Path) -> None:
      ({"Resolution": "4 3 inf"}, "expected 3 numbers"),
      ({"Resolution": "4 3.5 5"}, "whole numbers"), ({"Resolution": "a b c"}, "expected 3 numbers"),
      ({"Format": "COMPLEX"}, "format 'COMPLEX'"), ({"Format": None}, "lacks format"),
-     ({"ObjectFileName": None}, "lacks"), ({"ByteOffset": "1 2"}, "expected 1 numbers"),
+     ({"ObjectFileName": None}, "lacks"), ({"ByteOffset": "1 2"}, "expected 1 number"),
      ({"ByteOffset": "0.5"}, "whole numbers"),
      ({"ObjectFileName": "f.raw"}, "not in"), ({"Resolution": "4 3 6"}, "120 bytes")],
 )  # fmt: skip

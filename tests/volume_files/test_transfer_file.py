@@ -197,7 +197,7 @@ def test_errors_of_invalid_files_state_their_position(tmp_path, text, message):
         ('{file = "paint.csv"}', "holds 2 spectra; say which by name"),
         ('{file = "paint.csv", name = "ocre"}', "did you mean 'ochre'"),
         ("{values = [2, 2]}", "spans 2 to 2"),
-        ("{values = [1]}", "has 1 entries; expected at least 2"),
+        ("{values = [1]}", "has 1 entry; expected at least 2"),
     ],
 )
 def test_errors_of_invalid_spectra_state_their_position(tmp_path, color, message):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 from bpy.types import Context, Scene
 
-from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.errors import InvalidInputError, SpectralError, counted
 from spectral_core.files.whole import make_folder
 
 from ... import jobs
@@ -178,7 +178,7 @@ def told(notes: Sequence[Note]) -> str:
     """Text on the features that a recording approximates."""
     shown = [f"; {each.subject}: {each.message}" for each in notes[:MOST_NOTES]]
     more = len(notes) - MOST_NOTES
-    return "".join(shown) + (f"; and {more} more notes" if more > 0 else "")
+    return "".join(shown) + (f"; and {counted(more, 'more note')}" if more > 0 else "")
 
 
 def _present(scene: Scene) -> tuple[Fingerprint, Transport] | None:

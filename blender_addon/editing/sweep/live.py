@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 from bpy.types import PropertyGroup, Scene
 
-from spectral_core.errors import InvalidInputError, RenderError, SpectralError
+from spectral_core.errors import InvalidInputError, RenderError, SpectralError, counted
 from spectral_core.explore.page.live import LiveSweep
 from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
@@ -129,8 +129,8 @@ def look(scene: Scene) -> bool:
     aside = [line for line in lines if ASIDE.match(line)]
     if code == 0:
         notes = [line for line in lines if line.startswith("note: ")]
-        more = f"and {len(notes) - MOST_NOTES} more notes" if len(notes) > MOST_NOTES else ""
-        said = (f"{sweep.done} points done", told_if_temporary(run.folder), *notes[:MOST_NOTES], more)
+        more = f"and {counted(len(notes) - MOST_NOTES, 'more note')}" if len(notes) > MOST_NOTES else ""
+        said = (f"{counted(sweep.done, 'point')} done", told_if_temporary(run.folder), *notes[:MOST_NOTES], more)
         sweep.status = "; ".join(filter(None, said))
     else:
         last = run.message() or f"status {code}"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bpy.types import Scene
 
+from spectral_core.errors import counted
 from spectral_core.explore.sweep.ledger import DoneCount, Pace
 from spectral_core.explore.sweep.store import Store
 
@@ -67,8 +68,9 @@ def estimate(scene: Scene) -> str:
         render = scene.render
         share = sweep.percentage / 100
         paths = render.resolution_x * render.resolution_y * share * share * sweep.samples
-        work = f"{sweep.budget} renders of {paths / 1e6:.2g} million light paths each"
+        work = f"{counted(sweep.budget, 'render')} of {paths / 1e6:.2g} million light paths each"
         return f"{work}; the time is known after the first one"
     each = sum(times) / len(times)
     left = max(0, sweep.budget - len(times))
-    return f"{each:.2f} s each; {left} new renders take about {each * left / sweep.workers:.0f} s"
+    new = counted(left, "new render takes", "new renders take")
+    return f"{each:.2f} s each; {new} about {each * left / sweep.workers:.0f} s"

@@ -7,7 +7,7 @@ import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Object
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 from ... import compat
 from ...editing import texture_job
@@ -116,7 +116,10 @@ class SPECTRAL_OT_texture_lights(bpy.types.Operator):
         for lamp, spectrum in zip(lamps, spectra, strict=True):
             if lamp is not None:
                 store_spectrum(lamp.spectral, spectrum)
-        self.report({"INFO"}, f"{sum(lamp is not None for lamp in lamps)} lamps have their light")
+        self.report(
+            {"INFO"},
+            f"{counted(sum(lamp is not None for lamp in lamps), 'lamp has its light', 'lamps have their light')}",
+        )
 
 
 def _require_slot(target: Object) -> None:

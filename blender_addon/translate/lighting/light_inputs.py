@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError, counted
 from spectral_core.files.guarded import read_bytes
 from spectral_core.scene import Photometry
 from spectral_core.spectra.luminaire import every_degree, read_ies
@@ -85,7 +85,9 @@ def luminaire_of(reader: Reader, node: Any) -> Photometry | None:
         return None
     negative = table.strength < 0
     if negative.any():
-        reader.note(f"{node.name!r} has {negative.sum()} negative candelas of {negative.size}; there it is dark")
+        reader.note(
+            f"{node.name!r} has {counted(negative.sum(), 'negative candela')} of {negative.size}; there it is dark"
+        )
     return table
 
 

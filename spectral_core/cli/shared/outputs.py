@@ -31,6 +31,12 @@ def require_outputs(outputs: Iterable[Path], inputs: Iterable[str | Path] = ()) 
         require_writable(path)
 
 
+def require_format(option: str, path: Path, contents: str, *endings: str) -> None:
+    """Raise InvalidInputError for a file whose name announces other contents than those that are written."""
+    if path.suffix.lower() not in endings:
+        raise InvalidInputError(f"{option} is {str(path)!r}; it is written as {contents}, so end it with {endings[0]}")
+
+
 def numbered(path: Path, number: int) -> Path:
     """The file of a frame: ``####`` in the name is the number, as in Blender; without it ``_0001`` ends the stem."""
     holes = list(re.finditer("#+", path.stem))

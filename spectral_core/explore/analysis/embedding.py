@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 Array = NDArray[np.float64]
 Variant = Literal["cosine", "centered", "gaussian", "simplex"]
@@ -41,7 +41,7 @@ def spectral_embedding(
     if variant not in VARIANTS:
         raise InvalidInputError(f"the embedding is {variant!r}; expected one of {', '.join(VARIANTS)}")
     if not dimensions + 2 <= rows <= MAX_ROWS:
-        raise InvalidInputError(f"{rows} rows cannot be embedded; expected {dimensions + 2} to {MAX_ROWS:,}")
+        raise InvalidInputError(f"{counted(rows, 'row')} cannot be embedded; expected {dimensions + 2} to {MAX_ROWS:,}")
     first = 1
     if variant == "gaussian":
         affinity = _gaussian(data, width)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, UnknownNameError, first_of
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted, first_of
 from spectral_core.explore.analysis.embedding import Variant, cluster, spectral_embedding
 from spectral_core.explore.analysis.process import MAX_ROWS, propose
 from spectral_core.explore.analysis.sensitivity import sobol_indices
@@ -55,7 +55,7 @@ def add_embedding(store: Store, variant: Variant, names: Sequence[str] | None = 
     where = spectral_embedding(features_of(store, names), variant)
     keys = store.columns()["key"]
     store.add_columns({f"embed_{axis + 1}": dict(zip(keys, where[:, axis].tolist(), strict=True)) for axis in range(2)})
-    print(f"{len(keys)} rows embedded ({variant}): embed_1, embed_2")
+    print(f"{counted(len(keys), 'row')} embedded ({variant}): embed_1, embed_2")
 
 
 def add_clusters(store: Store, count: int, names: Sequence[str] | None = None) -> None:
@@ -64,7 +64,7 @@ def add_clusters(store: Store, count: int, names: Sequence[str] | None = None) -
     keys = store.columns()["key"]
     texts = [f"cluster {number + 1}" for number in numbers]
     store.add_columns({"cluster": dict(zip(keys, texts, strict=True))})
-    print(f"{len(keys)} rows in {len(set(texts))} clusters")
+    print(f"{counted(len(keys), 'row')} in {counted(len(set(texts)), 'cluster')}")
 
 
 def add_distance(store: Store, key: str, weights: Mapping[str, float], p: float = 2.0, name: str = "distance") -> int:
@@ -119,7 +119,7 @@ def print_sensitivity(store: Store, name: str) -> list[dict[str, Any]]:
         checked = "too few or too similar rows to check the indices on omitted rows: they are unreliable"
     else:
         checked = f"{100 * found[0].explained:.0f} % of the variance predicted on omitted rows"
-    print(f"{name}: {len(values)} rows, {checked}")
+    print(f"{name}: {counted(len(values), 'row')}, {checked}")
     if region.constraints or region.ball is not None:
         print(
             "  the indices are over the ranges of the region, also where its constraints and its ball exclude settings"

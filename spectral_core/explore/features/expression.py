@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 
 MAX_LENGTH = 2000
 MAX_NODES = 400
@@ -47,7 +47,7 @@ def _rank(column: Column) -> Column:
 def _missing(value: Any) -> NDArray[np.bool_]:
     """True where a value is missing: an empty text, or NaN."""
     array = np.asarray(value)
-    return array == "" if array.dtype.kind in "US" else np.isnan(array.astype(np.float64))
+    return array == "" if _is_text(array) else np.isnan(array.astype(np.float64))
 
 
 FUNCTIONS: dict[str, tuple[int, int, Callable[..., Any]]] = {
@@ -96,7 +96,7 @@ def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | st
             raise
         except (TypeError, ValueError, OverflowError, MemoryError) as error:
             raise InvalidInputError(f"the expression {text[:80]!r} cannot be computed: {error}") from error
-    if result.dtype.kind in "US":
+    if _is_text(result):
         return [str(item) for item in result]
     numbers = result.astype(np.float64)
     return [float(number) if np.isfinite(number) else None for number in numbers]
@@ -133,7 +133,9 @@ def parse(text: str) -> ast.expr:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise InvalidInputError(f"the expression {text[:80]!r} cannot be read: {error}") from error
+        raise InvalidInputError(
+            f"the expression {text[:80]!r} cannot be read: {getattr(error, 'msg', error)}"
+        ) from error
     if sum(1 for _ in ast.walk(tree)) > MAX_NODES:
         raise InvalidInputError(f"the expression is too long; at most {MAX_NODES} names, numbers and signs are read")
     _check(tree, text, 0)
@@ -170,7 +172,8 @@ def _check(node: ast.expr, text: str, depth: int) -> None:
             fewest, most, _ = FUNCTIONS[name]
             if not fewest <= len(args) <= most:
                 raise InvalidInputError(
-                    f"{name} takes {fewest if fewest == most else f'{fewest} to {most}'} values; got {len(args)}"
+                    f"{name} takes {counted(fewest, 'value') if fewest == most else f'{fewest} to {most} values'}; "
+                    f"got {len(args)}"
                 )
             parts = args
         case _:
@@ -223,7 +226,7 @@ def _value(node: ast.expr, column: Callable[[str], Column]) -> Any:
 
 def _numeric(value: Any) -> Any:
     array = np.asarray(value)
-    if array.dtype.kind in "US":
+    if _is_text(array):
         raise InvalidInputError("the expression computes with texts; texts can only be compared and chosen by where")
     return array.astype(np.float64)
 
@@ -239,11 +242,23 @@ def _compared(compare: Callable[[Any, Any], Any], first: Any, second: Any) -> ND
 
     A comparison with the text ``""`` that the expression states asks for missing texts, so that it is known.
     """
-    found = np.asarray(compare(first, second), np.float64)
-    sides = (np.asarray(first), np.asarray(second))
-    if any(side.ndim == 0 and side.dtype.kind in "US" and not side.item() for side in sides):
+    sides = np.asarray(first), np.asarray(second)
+    if len({_is_text(side) for side in sides}) == 2:
+        sides = _alike(*sides, is_order=compare not in (operator.eq, operator.ne))
+    found = np.asarray(compare(*sides), np.float64)
+    if any(side.ndim == 0 and _is_text(side) and not side.item() for side in sides):
         return found
     return np.where(np.logical_or(*map(_missing, sides)), np.nan, found)
+
+
+def _alike(first: Column, second: Column, *, is_order: bool) -> tuple[Column, Column]:
+    """A text and a number as texts that are equal if the text states the number.
+
+    A column that holds numbers and texts is one of texts, and one that holds no value yet is one of numbers.
+    """
+    if is_order and not all(_is_text(side) or _missing(side).all() for side in (first, second)):
+        raise InvalidInputError("the expression asks which of a text and a number is larger; compare numbers alone")
+    return _written(first), _written(second)
 
 
 def _joined(truths: Sequence[NDArray[np.float64]], *, is_and: bool) -> NDArray[np.float64]:
@@ -257,6 +272,26 @@ def _joined(truths: Sequence[NDArray[np.float64]], *, is_and: bool) -> NDArray[n
 def _chosen(test: Any, body: Any, otherwise: Any) -> NDArray[Any]:
     """``body`` where the test is true, ``otherwise`` where it is not; empty or NaN where the test or it is missing."""
     truth = _truth(test)
+    if _is_text(body) != _is_text(otherwise):
+        body, otherwise = (side if _is_text(side) else _written(side) for side in (body, otherwise))
     found = np.where(truth == 1.0, body, otherwise)
     missing = np.isnan(truth) | np.where(truth == 1.0, _missing(body), _missing(otherwise))
-    return np.where(missing, "" if found.dtype.kind in "US" else np.nan, found)
+    return np.where(missing, "" if _is_text(found) else np.nan, found)
+
+
+def _is_text(value: Any) -> bool:
+    return np.asarray(value).dtype.kind in "US"
+
+
+def _written(value: Any) -> Column:
+    """Numbers, and texts that state one, as the text of each: 3 for 3.0, empty where it is missing; others as is."""
+    array = np.asarray(value)
+    return np.array([_text_of(each) for each in array.ravel().tolist()], dtype=str).reshape(array.shape)
+
+
+def _text_of(value: Any) -> str:
+    try:
+        number = float(value)
+    except ValueError:
+        return str(value)
+    return repr(number).removesuffix(".0") if np.isfinite(number) or isinstance(value, str) else ""

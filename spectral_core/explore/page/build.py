@@ -51,6 +51,8 @@ def table_of_store(store: Store) -> PageTable:
     for parameter in store.project.space.parameters:
         about[parameter.name] = {"role": "parameter", "unit": parameter.unit, "group": parameter.group,
                                  "log": parameter.scale == "log", "of": parameter.kind}  # fmt: skip
+        if parameter.kind != "choice":
+            about[parameter.name]["range"] = [parameter.low, parameter.high]
     for name in store.ledger.manual():
         about[name] = {"role": "manual", "group": "measured"}
     for name in store.project.expressions:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from spectral_core.checks import require_whole
-from spectral_core.errors import InvalidInputError, SpectralError
+from spectral_core.errors import InvalidInputError, SpectralError, counted
 from spectral_core.explore.sweep.document import compute_node
 from spectral_core.explore.sweep.region import RegionOfInterest
 from spectral_core.explore.sweep.store import Store, not_finite_note
@@ -94,7 +94,10 @@ class LiveSweep:
         design = replace(project.design, budget=budget)
         points, notes = design_points(project.space, region, design, known=self.store.known_points())
         new = self.store.enter(points)
-        return {"message": "; ".join([f"{new} points added; press Render to compute them", *notes]), "new": new}
+        return {
+            "message": "; ".join([f"{counted(new, 'point')} added; press Render to compute them", *notes]),
+            "new": new,
+        }
 
     def render(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """Compute missing points in the background."""
@@ -157,7 +160,7 @@ class LiveSweep:
         name = str(content.get("name", "distance"))
         count = add_distance(self.store, str(content.get("key", "")), weights, float(p), name)
         self.store.write_table()
-        return {"message": f"{count} rows measured: column {name}", "reload": True}
+        return {"message": f"{counted(count, 'row')} measured: column {name}", "reload": True}
 
     def label(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """Set a manual column."""
@@ -166,7 +169,7 @@ class LiveSweep:
             raise InvalidInputError("labels are a mapping from rows to texts")
         self.store.label(str(content.get("name", "")), values)
         self.store.write_table()
-        return {"message": f"{len(values)} rows labeled"}
+        return {"message": f"{counted(len(values), 'row')} labeled"}
 
     def apply(self, content: Mapping[str, Any]) -> dict[str, Any]:
         """Set the open scene to a point."""

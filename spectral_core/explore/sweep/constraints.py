@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ast
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.explore.features.expression import as_read, require_readable
-from spectral_core.explore.sweep.parameters import Space
+from spectral_core.explore.sweep.parameters import Parameter, Space
 
 MAX_LENGTH = 500
 LARGEST = 1e300
@@ -30,24 +31,49 @@ class LinearConstraint:
     text: str
     strict: bool = False
 
-    def row(self, space: Space) -> tuple[NDArray[np.float64], float]:
-        """The half-space in coordinates of the unit cube, with its border: row (n,) and bound."""
+    def row(self, space: Space, lowest: Mapping[str, float] | None = None) -> tuple[NDArray[np.float64], float]:
+        """The half-space in coordinates of the unit cube, with its border: row (n,) and bound.
+
+        It has the whole interval of each whole number that it allows, so that all of them have equal shares; those
+        beyond the border that it has with them are left out by ``holds``. ``lowest``: of whole numbers, where the
+        region has smaller ones than the sweep.
+        """
         row = np.zeros(len(space.parameters))
         bound = self.bound
         for name, coefficient in self.coefficients:
             index, parameter = space.names.index(name), space[name]
+            half = 0.5 if parameter.kind == "integer" else 0.0
+            low, high = parameter.low - half, parameter.high + half
             if parameter.scale == "log":
-                low, high = math.log10(parameter.low), math.log10(parameter.high)
-            else:
-                low, high = parameter.low, parameter.high
-            if parameter.kind == "integer":  # the coordinate of k is the middle of its interval
-                if parameter.scale == "log":
-                    low, high = math.log10(parameter.low - 0.5), math.log10(parameter.high + 0.5)
-                else:
-                    low, high = low - 0.5, high + 0.5
+                low, high = math.log10(low), math.log10(high)
             row[index] += coefficient * (high - low)
             bound -= coefficient * low
+            if half:
+                least = max(min(parameter.low, (lowest or {}).get(name, math.inf)), 1.0)
+                bound += self._half_interval(parameter, coefficient, least)
         return row, bound
+
+    def _half_interval(self, parameter: Parameter, coefficient: float, least: float) -> float:
+        """By how much the border moves, so that the interval of each allowed whole number is within it."""
+        if len(self.coefficients) > 1:
+            if parameter.scale == "linear":
+                return 0.5 * abs(coefficient)
+            steps = (least + 0.5) / least if coefficient > 0 else least / (least - 0.5)
+            return abs(coefficient) * math.log10(steps)  # the widest of all
+        # one number alone: the border moves exactly to the end of an interval
+        border = self.bound / coefficient
+        if parameter.scale == "log":
+            border = 10.0 ** min(max(border, -300.0), 300.0)
+        last = float(math.floor(border) if coefficient > 0 else math.ceil(border))
+        beyond = last + math.copysign(1.0, coefficient)
+        last = next((k for k in (beyond, last) if self._allows(parameter, k)), last - math.copysign(1.0, coefficient))
+        end = last + math.copysign(0.5, coefficient)
+        if parameter.scale == "log":
+            end = math.log10(max(end, 1e-300))
+        return coefficient * end - self.bound
+
+    def _allows(self, parameter: Parameter, number: float) -> bool:
+        return (parameter.scale == "linear" or number > 0) and self.holds(Space((parameter,)), {parameter.name: number})
 
     def holds(self, space: Space, values: dict[str, float]) -> bool:
         """True if values satisfy it."""
@@ -69,7 +95,7 @@ def parse_constraint(text: str, space: Space) -> list[LinearConstraint]:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise InvalidInputError(f"the constraint {text!r} cannot be read: {error}") from error
+        raise InvalidInputError(f"the constraint {text!r} cannot be read: {getattr(error, 'msg', error)}") from error
     if not isinstance(tree, ast.Compare):
         raise InvalidInputError(f"the constraint {text!r} is no comparison; expected for example 2*a + b <= 3")
     found = []

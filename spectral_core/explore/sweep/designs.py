@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.explore.sweep.batches.drawn import sobol_batches
 from spectral_core.explore.sweep.batches.latin import latin_batches
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -144,7 +144,8 @@ def design_points(
         if len(every) <= budget:
             if len(every) < budget:
                 notes.append(
-                    f"the region holds {len(every)} different points, fewer than the budget of {budget}: all are taken"
+                    f"the region holds {counted(len(every), 'different point')}, fewer than the budget of {budget}: "
+                    "all are taken"
                 )
             with suppress(InvalidInputError):  # a flat region has whole numbers, but no room for a lattice
                 # in the order of the design as far as it goes, because a run may end early
@@ -172,7 +173,9 @@ def _listed_points(space: Space, region: RegionOfInterest, design: Design) -> tu
             one = {p.name: p.counted(point[p.name]) for p in space.parameters}
             chosen.setdefault(_address(space, one), one)
     left_out = len(design.points) - len(chosen)
-    note = f"{left_out} listed points are left out: outside of the region, or listed twice"
+    note = (
+        f"{counted(left_out, 'listed point is', 'listed points are')} left out: outside of the region, or listed twice"
+    )
     return list(chosen.values()), [note] if left_out else []
 
 

@@ -9,12 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.documents.document import read_document
-from spectral_core.errors import (
-    InvalidInputError,
-    MissingDependencyError,
-    SpectralError,
-    UnknownNameError,
-)
+from spectral_core.errors import InvalidInputError, MissingDependencyError, SpectralError, UnknownNameError, counted
 from spectral_core.explore.features.expression import parse
 from spectral_core.explore.sweep.designs import Design
 from spectral_core.explore.sweep.parameters import Parameter, Space, Value, require_column_name
@@ -98,12 +93,13 @@ def sweep_of(plain: Mapping[str, Any], folder: Path) -> SweepDocument:
         raise InvalidInputError("the design lists no point; give points = [{…}, …], or take another kind of design")
     if design.points and design.kind != "list":
         raise InvalidInputError(
-            f"the design lists {len(design.points)} points, which kind = {design.kind!r} does not read; leave out the "
-            "kind, or the points"
+            f"the design lists {counted(len(design.points), 'point')}, which kind = {design.kind!r} does not "
+            "read; leave out the kind, or the points"
         )
     if design.points and design.budget != len(design.points):
         raise InvalidInputError(
-            f"the design lists {len(design.points)} points and has a budget of {design.budget}; leave out the budget"
+            f"the design lists {counted(len(design.points), 'point')} and has a budget of {design.budget}; leave "
+            "out the budget"
         )
     return SweepDocument(space, region, design, compute, seed, expressions, reference, folder)
 

@@ -93,14 +93,23 @@ class RegionOfInterest:
         return (math.ceil(low), math.floor(high)) if parameter.kind == "integer" else (low, high)
 
     def in_unit_cube(self, space: Space) -> Region:
-        """The convex region over unit coordinates; choices are not in it (see ``contains``)."""
-        region = box(*self._unit_box(space))
-        rows = [one.row(space) for text in self.constraints for one in parse_constraint(text, space)]
-        if rows:
-            region = region & halfspaces([row for row, _ in rows], [bound for _, bound in rows])
-        if self.ball is not None:
-            region = region & _unit_ball(self.ball, space)
-        return region
+        """A convex region over unit coordinates, with the whole interval of each whole number: a part of it would give
+        the number at a border a smaller share. ``contains`` tells which points count, also as to choices.
+        """
+        low, high = self._unit_box(space)
+        for index, parameter in enumerate(space.parameters):
+            if self.ball is not None and parameter.kind == "integer" and parameter.name in self.ball.radii:
+                first, last = (parameter.place(end) for end in _whole_in_ball(self.ball, parameter))
+                low[index], high[index] = max(low[index], first), min(high[index], last)
+                if low[index] >= high[index]:
+                    raise InvalidInputError(f"the ball has no whole number of {parameter.name}; widen it, or move it")
+        region = box(low, high)
+        least = {p.name: self.ends(p)[0] for p in space.parameters if p.kind == "integer"}
+        for one in (one for text in self.constraints for one in parse_constraint(text, space)):
+            row, bound = one.row(space, least)
+            region = region & halfspaces([row], [bound])
+        within = self.ball and _unit_ball(self.ball, space)
+        return region & within if within else region
 
     def _unit_box(self, space: Space) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Ends of the ranges in unit coordinates, (n,) each; choices have their whole axis."""
@@ -268,11 +277,22 @@ def _check_ball(one: NormBall, space: Space) -> None:
             raise InvalidInputError(f"the center of the ball has {name} = {value}; expected a finite number{above}")
 
 
-def _unit_ball(one: NormBall, space: Space) -> Region:
-    """The ball in unit coordinates; a parameter that it does not limit gets a radius far beyond its range."""
+def _unit_ball(one: NormBall, space: Space) -> Region | None:
+    """The ball over parameters that do not count, None without one; others get a radius far beyond their range."""
     center, radii = np.full(len(space.parameters), 0.5), np.full(len(space.parameters), 1e6)
-    for name, radius in one.radii.items():
-        index, parameter = space.names.index(name), space[name]
-        center[index] = parameter.place(float(one.center[name]))
-        radii[index] = radius / parameter.width
-    return ball(center, radii, p=one.p)
+    limited = [parameter for parameter in space.parameters if parameter.name in one.radii and parameter.kind == "real"]
+    for parameter in limited:
+        index = space.names.index(parameter.name)
+        center[index] = parameter.place(float(one.center[parameter.name]))
+        radii[index] = one.radii[parameter.name] / parameter.width
+    return ball(center, radii, p=one.p) if limited else None
+
+
+def _whole_in_ball(one: NormBall, parameter: Parameter) -> tuple[float, float]:
+    """The ends of the intervals of the whole numbers of a ball."""
+    center, radius = float(one.center[parameter.name]), one.radii[parameter.name] * (1.0 + ROUNDING)
+    if parameter.scale == "linear":
+        return math.ceil(center - radius) - 0.5, math.floor(center + radius) + 0.5
+    middle = math.log10(center)
+    first, last = 10.0 ** max(middle - radius, -300.0), 10.0 ** min(middle + radius, 300.0)
+    return math.ceil(first) - 0.5, math.floor(last) + 0.5

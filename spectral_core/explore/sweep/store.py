@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError, counted
 from spectral_core.explore.features.expression import evaluate
 from spectral_core.explore.sweep.cinema import csv_text
 from spectral_core.explore.sweep.designs import Point
@@ -247,7 +247,7 @@ class Store:
 
 def not_finite_note(name: str, count: int, rows: int) -> str:
     """What to say about a column without a finite value at ``count`` of ``rows`` points."""
-    return f"{name!r} has no finite value at {count} of {rows} points; the table has no number there"
+    return f"{name!r} has no finite value at {count} of {counted(rows, 'point')}; the table has no number there"
 
 
 def cdb_folder(folder: Path) -> Path:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.checks import require_kind
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.explore.sweep.designs import design_points
 from spectral_core.explore.sweep.document import SweepDocument
 from spectral_core.explore.sweep.files import require_free
@@ -129,11 +129,11 @@ class Sweep:
         timed = [row.seconds for row in self.store.ledger.rows("done") if row.seconds is not None]
         each = sum(timed) / len(timed) if timed else None
         new = len(keys) - reused - aside
-        lines = [f"{len(keys)} points over {', '.join(project.space.names)} ({project.design.kind})", *notes,
+        lines = [f"{counted(len(keys), 'point')} over {', '.join(project.space.names)} ({project.design.kind})", *notes,
                  f"{new} to compute, {reused} done already", *_aside_lines(aside), *describe(self.node)]  # fmt: skip
         if budget is not None and len(keys) > budget:
-            lines.append(f"the folder holds {len(keys)} points already, and a budget of {budget} removes none; "
-                         "name another folder for fewer")  # fmt: skip
+            lines.append(f"the folder holds {counted(len(keys), 'point')} already, and a budget of {budget} "
+                         "removes none; name another folder for fewer")  # fmt: skip
         if each is not None and new:
             lines.append(f"about {each * new:.0f} s with one worker ({each:.2f} s per point so far)")
         return SweepPlan(keys, new, reused, tuple(lines), None if each is None else each * new)
@@ -151,7 +151,7 @@ class Sweep:
         """All points that the folder lists; none is added."""
         rows = self.store.ledger.rows()
         new, reused, aside = (sum(row.state == state for row in rows) for state in ("pending", "done", "failed"))
-        lines = (f"{len(rows)} points, {new} to compute, {reused} done already", *_aside_lines(aside))
+        lines = (f"{counted(len(rows), 'point')}, {new} to compute, {reused} done already", *_aside_lines(aside))
         return SweepPlan(tuple(row.key for row in rows), new, reused, lines, None)
 
     def run(
@@ -243,7 +243,10 @@ def difference(space: Space, stored: Space) -> str:
 
 
 def _aside_lines(count: int) -> list[str]:
-    return [f"{count} were set aside by an earlier run and are left out; --retry tries them again"] if count else []
+    if not count:
+        return []
+    said = counted(count, "was set aside by an earlier run and is", "were set aside by an earlier run and are")
+    return [f"{said} left out; --retry tries {'it' if count == 1 else 'them'} again"]
 
 
 @contextmanager

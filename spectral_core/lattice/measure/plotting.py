@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError
+from spectral_core.errors import InvalidInputError, MissingDependencyError, UnknownNameError, counted
 from spectral_core.files.whole import make_folder, whole_file
 from spectral_core.lattice.catalogue import make_lattice
 from spectral_core.lattice.congruence import are_similar
@@ -159,7 +159,7 @@ def _levels(plt: Any, rate: int) -> Any:
         axis.scatter(*step.points[:before].T, s=size, color=INK, linewidths=0)
         axis.scatter(*step.points[before:].T, s=size, color=ACCENTS[1 if before else 0], linewidths=0)
         axis.set(xlim=(0, 1), ylim=(0, 1), aspect="equal", xticks=[], yticks=[])
-        axis.set_title(f"{len(step)} points" + (f", {len(step) - before} new" if before else ""), fontsize=9)
+        axis.set_title(f"{counted(len(step), 'point')}" + (f", {len(step) - before} new" if before else ""), fontsize=9)
         before = len(step)
     return figure
 

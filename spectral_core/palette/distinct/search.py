@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.checks import require_range
+from spectral_core.errors import counted
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
@@ -128,7 +129,8 @@ def distinct_solutions(
         which = "the best" if rank == 0 else f"number {rank + 1}"
         own.notes = [
             *trace.notes,
-            f"the distinct cells differ by at least ΔE2000 {each.least:.1f}: {which} of {len(found)} local searches",
+            f"the distinct cells differ by at least ΔE2000 {each.least:.1f}: {which} of "
+            f"{counted(len(found), 'local search', 'local searches')}",
         ]
         own.timings = {**trace.timings, "total": perf_counter() - started}
         here = state.with_values("reflectances", dict(zip(phase.items, blocks, strict=True)))

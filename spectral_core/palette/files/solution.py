@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, require_text, require_whole
 from spectral_core.documents.codecs import SpectrumFiles, decoded_spectrum, encoded_spectrum
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.palette.files.document import document_of, problem_of
 from spectral_core.palette.given import number_of, sequence_of, shown
 from spectral_core.palette.solution import Conflict, PaletteSolution, PaletteStatus
@@ -71,8 +71,8 @@ def solution_of(document: dict[str, Any], folder: Path) -> PaletteSolution:
     illuminants, reflectances = spectra("illuminants"), spectra("reflectances")
     if (len(reflectances), len(illuminants)) != shape:
         raise InvalidInputError(
-            f"{len(reflectances)} reflectances and {len(illuminants)} illuminants; expected {shape[0]} and {shape[1]}, "
-            "as the problem has"
+            f"{counted(len(reflectances), 'reflectance')} and {counted(len(illuminants), 'illuminant')}; expected "
+            f"{shape[0]} and {shape[1]}, as the problem has"
         )
     return PaletteSolution(
         problem=problem,
@@ -113,7 +113,9 @@ def _amounts(table: Any, lights: int) -> tuple[NDArray[np.float64] | None, ...]:
     """Amounts of primaries for each light, None without primaries; empty in files that state none."""
     entries = sequence_of("amounts", table)
     if len(entries) not in (0, lights):
-        raise InvalidInputError(f"amounts have {len(entries)} entries; expected {lights}, one for each light")
+        raise InvalidInputError(
+            f"amounts have {counted(len(entries), 'entry', 'entries')}; expected {lights}, one for each light"
+        )
     return tuple(None if each is None else frozen_array("amounts of a light", each, (None,)) for each in entries)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_text
-from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError, counted
 from spectral_core.files.guarded import read_bytes, read_text, reading
 from spectral_core.files.whole import write_bytes
 from spectral_core.palette.given import sequence_of
@@ -139,7 +139,7 @@ def _read_ase(file: Path, data: bytes) -> list[Swatch]:
                 else:
                     swatches.append(Swatch(name, _ase_color(file, name, content[2 + 2 * letters :]), group))
         if data[at:].strip(b"\0"):
-            raise struct.error(f"its header states {count} blocks, and {len(data) - at} bytes follow them")
+            raise struct.error(f"its header states {counted(count, 'block')}, and {len(data) - at} bytes follow")
     except (struct.error, UnicodeDecodeError) as error:
         raise FileFormatError(
             f"{file}: the .ase file is truncated or edited near byte {at} ({error}); export it again"

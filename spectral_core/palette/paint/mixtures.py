@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, require_kind, require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.palette.assemble.kernel import color_kernel
 from spectral_core.palette.given import sequence_of
 from spectral_core.palette.solution import PaletteSolution
@@ -155,5 +155,7 @@ def _shares(shares: ArrayLike) -> Array:
 def _surfaces(reflectances: ArrayLike, count: int) -> Array:
     surfaces = np.atleast_2d(frozen_array("reflectances", reflectances))
     if surfaces.shape[0] != count:
-        raise InvalidInputError(f"{surfaces.shape[0]} reflectances for {count} shares; expected one each")
+        raise InvalidInputError(
+            f"{counted(surfaces.shape[0], 'reflectance')} for {counted(count, 'share')}; expected one each"
+        )
     return surfaces

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linprog, minimize
 
 from spectral_core.checks import frozen_array, require_kind, require_range, require_whole
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.palette.given import require_each, sequence_of
 from spectral_core.palette.recipe.fidelity import FidelityReference
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
@@ -179,8 +179,8 @@ def lamp_recipe(
     if best is None:
         wanted = white_xyz(cct_k, duv) if wanted_xyz is None else wanted_xyz
         raise InvalidInputError(
-            f"no mix of the {len(channels)} channels has the white XYZ {np.round(wanted, 3).tolist()}; add a "
-            "channel on the other side of the wanted color"
+            f"no mix of the {counted(len(channels), 'channel')} has the white XYZ {np.round(wanted, 3).tolist()}; "
+            "add a channel on the other side of the wanted color"
         )
     drives = best[1] / power
     return _described(channels, spds, drives / drives.max(), (best[0] >= -MARGIN, started))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
 from spectral_core.palette.texture.fit import TILE, Fitter, over_tiles, require_importance
 from spectral_core.palette.texture.loss import PictureLoss, picture_losses, texel_delta_e
@@ -197,7 +197,8 @@ def design_texture(
 def _require_alike(pictures: Sequence[Picture], lights: Sequence[Illuminant]) -> None:
     if not 1 <= len(pictures) <= 2 or len(lights) != len(pictures):
         raise InvalidInputError(
-            f"{len(pictures)} pictures for {len(lights)} lights; give one or two pictures and a light for each"
+            f"{counted(len(pictures), 'picture')} for {counted(len(lights), 'light')}; give one or two pictures "
+            "and a light for each"
         )
     require_one_size(pictures)
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.render.cost.adaptive import MANY, AdaptivePicture, Outcome
 from spectral_core.render.cost.allocate import Laws
 from spectral_core.render.cost.errors import Estimate, Wide, expected_errors, pixel_errors
@@ -268,13 +268,14 @@ def _notes(
     notes = [] if rare is None else [Note("Accuracy", rare.text)]
     if not kept and settings.target_error is not None:
         text = f"the requested ΔE {settings.target_error:g} was not reached; it is about {delta_e:.2g}"
-        notes.append(Note("Accuracy", f"{text} after {picture.mean_samples:.0f} samples per pixel"))
+        notes.append(Note("Accuracy", f"{text} after {counted(picture.mean_samples, 'sample', form='.0f')} per pixel"))
     elif not kept and settings.time_budget_s is not None:
         text = f"{settings.time_budget_s:g} s were requested and {seconds:.1f} s taken"
         notes.append(Note("Accuracy", f"{text}: loading the scene and two samples for each pixel take as long"))
     if picture.lost:
-        text = (
-            f"{picture.lost} samples were not finite numbers and count as black; look for extreme lights or materials"
+        lost = counted(
+            picture.lost, "sample was no finite number and counts", "samples were not finite numbers and count"
         )
+        text = f"{lost} as black; look for extreme lights or materials"
         notes.append(Note("Renderer", text))
     return tuple(notes)

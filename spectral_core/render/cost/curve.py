@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spectral_core.errors import UnknownNameError
+from spectral_core.errors import UnknownNameError, counted
 from spectral_core.render.cost.asked import is_asked, predicted_error, predicted_time
 from spectral_core.render.cost.errors import bias, relative_errors
 from spectral_core.render.cost.fixed import fixed_work, plan_of_render
@@ -196,8 +196,13 @@ def table(curve: CostCurve) -> str:
         )
     now, asked = curve.now, curve.at_error
     least = "at least " if now.rare is not None else ""
-    lines.append(f"as it is set: {now.samples:.0f} samples, {least}ΔE {now.delta_e:.2g} in {now.seconds:.1f} s")
-    lines.append(f"for ΔE 1: {asked.samples:.0f} samples in the mean, {asked.seconds:.1f} s, adaptive")
+    lines.append(
+        f"as it is set: {counted(now.samples, 'sample', form='.0f')}, {least}ΔE {now.delta_e:.2g} in "
+        f"{now.seconds:.1f} s"
+    )
+    lines.append(
+        f"for ΔE 1: {counted(asked.samples, 'sample', form='.0f')} in the mean, {asked.seconds:.1f} s, adaptive"
+    )
     if now.rare is not None:
         lines.append(now.rare.text)
     return "\n".join(lines)

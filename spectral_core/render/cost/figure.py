@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from spectral_core.errors import InvalidInputError, MissingDependencyError
+from spectral_core.errors import InvalidInputError, MissingDependencyError, counted
 from spectral_core.files.whole import require_writable, whole_file
 from spectral_core.render.cost.curve import CostCurve, CostPoint, require_axis
 
@@ -88,7 +88,12 @@ def _require_format(path: Path) -> None:
 def _mark_now(axes: Any, curve: CostCurve) -> None:
     """Mark the settings of the scene, and a requested ΔE of 1."""
     marks = (
-        (curve.now, "*", f"as it is set:\n{curve.now.samples:.0f} samples, {_clock(curve.now.seconds)}", (12, 26)),
+        (
+            curve.now,
+            "*",
+            f"as it is set:\n{counted(curve.now.samples, 'sample', form='.0f')}, {_clock(curve.now.seconds)}",
+            (12, 26),
+        ),
         (curve.at_error, "D", f"requested ΔE 1:\n{_clock(curve.at_error.seconds)}", (-78, -36)),
     )
     for found, shape, text, away in marks:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.render.relight.storage import Array, Storage
 from spectral_core.render.spectral_exr import LAYOUT, spectral_channel
 from spectral_core.render.trace.wavelengths import Bands
@@ -34,7 +34,7 @@ class BandStorage(Storage):
 
     def __post_init__(self) -> None:
         if self.count not in BAND_COUNTS:
-            raise InvalidInputError(f"{self.count} bands; expected one of {BAND_COUNTS}")
+            raise InvalidInputError(f"{counted(self.count, 'band')}; expected one of {BAND_COUNTS}")
 
     @classmethod
     def choices(cls) -> dict[str, Storage]:

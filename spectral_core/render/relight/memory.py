@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.render.relight.storage import Storage
 from spectral_core.render.relight.storages import STORAGES
 
@@ -50,10 +50,12 @@ def require_memory(storage: Storage, size: tuple[int, int], groups: int) -> None
     fitting = [each for each in STORAGES.values() if peak_bytes(each, *size, groups) <= free]
     share = max(0.0, (free - RENDERER_BYTES) / (needed - RENDERER_BYTES)) ** 0.5
     smaller = f"a picture of {int(size[0] * share)}×{int(size[1] * share)}" if share > 0.02 else "more memory"
-    others = [f"{each.kind} of {each.channel_count} channels" for each in fitting if each.kind != storage.kind]
+    others = [
+        f"{each.kind} of {counted(each.channel_count, 'channel')}" for each in fitting if each.kind != storage.kind
+    ]
     raise InvalidInputError(
-        f"recording {storage.kind} at {size[0]}×{size[1]} for {groups} light groups takes up to {needed / 1e9:.1f} GB; "
-        f"{free / 1e9:.1f} GB are free. What fits: {', '.join([*others, smaller])}"
+        f"recording {storage.kind} at {size[0]}×{size[1]} for {counted(groups, 'light group')} takes up to "
+        f"{needed / 1e9:.1f} GB; {free / 1e9:.1f} GB are free. What fits: {', '.join([*others, smaller])}"
     )
 
 

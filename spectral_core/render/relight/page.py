@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.files.whole import write_text
 from spectral_core.render.relight.dial import bulbs_on_polygon
 from spectral_core.render.relight.mix import LiveMix, amounts_of
@@ -74,8 +74,8 @@ def write_page(
     overflown = int((~(np.abs(layers) <= np.finfo(np.float16).max)).sum())
     if overflown:
         raise InvalidInputError(
-            f"{overflown} values are over 65504, below -65504 or no numbers, more than the page can hold; lower the "
-            "exposure, or record again"
+            f"{counted(overflown, 'value is', 'values are')} over 65504, below -65504 or no numbers, more than "
+            "the page can hold; lower the exposure, or record again"
         )
     lamps = [(lights or {}).get(group, own) for group, own in zip(transport.groups, transport.lights, strict=True)]
     document = {

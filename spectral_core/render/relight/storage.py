@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM, Illuminant, SpectralGrid, Spectrum
@@ -86,8 +86,8 @@ class Storage(ABC):
     def describe(self, width: int, height: int, groups: int) -> str:
         """One line to show before rendering: size in memory, and error."""
         size = self.bytes_needed(width, height, groups) / 1e6
-        lights = "1 light group" if groups == 1 else f"{groups} light groups"
-        channels = f"{self.channel_count} channels each"
+        lights = counted(groups, "light group")
+        channels = f"{counted(self.channel_count, 'channel')} each"
         stored = f"{size:,.0f}" if size >= 1 else f"{size:.2g}"
         return f"{stored} MB for {lights} at {width}×{height}, {channels}. {self.stated_error()}"
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import require_kind, require_text
-from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError
+from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError, counted
 from spectral_core.render.light_groups import emits, is_black, is_of_world, light_groups, shines, world_varies
 from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.render.relight.groups import group_light, one_group_per_light
@@ -76,7 +76,7 @@ class Transport:
 
     def __repr__(self) -> str:
         width, height = self.size
-        size = f"{width}×{height} pixels, {self.samples} samples"
+        size = f"{width}×{height} pixels, {counted(self.samples, 'sample')}"
         return f"Transport({self.storage.kind}, {size}, light groups {self.groups})"
 
     @property
@@ -209,7 +209,7 @@ def _reused(kept: Transport | None, again: Collection[str] | None, scene: Scene,
         film.size, film.samples, film.seed, storage.channel_names(),
     ):  # fmt: skip
         raise InvalidInputError(
-            f"the earlier transport has {kept.size[0]}×{kept.size[1]} pixels, {kept.samples} samples and "
+            f"the earlier transport has {kept.size[0]}×{kept.size[1]} pixels, {counted(kept.samples, 'sample')} and "
             f"{kept.storage.kind} storage; record all lights again for another size, quality or storage"
         )
     return {name: planes for name, planes in zip(kept.groups, kept.channels, strict=True) if name not in again}

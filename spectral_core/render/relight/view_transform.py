@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,9 @@ class ViewTransform:
         size = np.shape(self.table)[0] if np.ndim(self.table) else 0
         table = frozen_array(f"view transform {self.name!r}", self.table, (size, size, size, 3))
         if size < 2:
-            raise InvalidInputError(f"view transform {self.name!r} has {size} nodes per axis; expected at least 2")
+            raise InvalidInputError(
+                f"view transform {self.name!r} has {counted(size, 'node')} per axis; expected at least 2"
+            )
         object.__setattr__(self, "table", np.clip(table, 0.0, 1.0))
 
     def shown(self, linear_rgb: ArrayLike) -> Array:

@@ -13,7 +13,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from spectral_core.errors import FileFormatError, UnknownNameError
+from spectral_core.errors import FileFormatError, UnknownNameError, counted
 from spectral_core.spectra.files.columns import FRACTION_PER_UNIT, KINDS, NM_PER_UNIT, Column, kind_of, known_unit
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -60,8 +60,9 @@ class Statements:
             values = [", ".join(stated)] if prose else stated
             if len(values) not in (1, len(columns)):
                 raise FileFormatError(
-                    f"{self._path}, line {line}: {word!r} is stated for {len(values)} spectra, the file holds "
-                    f"{len(columns)}; expected one for all or one each"
+                    f"{self._path}, line {line}: {word!r} is stated for "
+                    f"{counted(len(values), 'spectrum', 'spectra')}, the file holds {len(columns)}; expected one for "
+                    "all or one each"
                 )
             for index, column in enumerate(columns):
                 value = values[index] if len(values) > 1 else values[0]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.volume.analysis.signal import SampledFunction
 
 
@@ -106,7 +106,9 @@ def cone_edges(f: SampledFunction) -> tuple[ConeEdge, ConeEdge]:
 
     f.require_one_variable()
     if f.values.size < 8:
-        raise InvalidInputError(f"{f.values.size} samples were given; the edges of the cone need 8 or more")
+        raise InvalidInputError(
+            f"{counted(f.values.size, 'sample was', 'samples were')} given; the edges of the cone need 8 or more"
+        )
     positions, values = f.positions, f.values
     if f.periodic:  # two periods of margin stabilize the spline; roots are taken from the middle period
         length = positions.size * f.spacing[0]

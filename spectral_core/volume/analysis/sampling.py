@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 Function = Callable[[NDArray], ArrayLike]
 
@@ -70,7 +70,7 @@ def sample_composition(
     inside = math.ceil((high - low) / distance)
     if inside > 10_000_000:
         raise InvalidInputError(
-            f"{inside} samples over {low} to {high} were requested; lower the frequency, {frequency:g}"
+            f"{counted(inside, 'sample')} over {low} to {high} were requested; lower the frequency, {frequency:g}"
         )
     start = low - margin * distance
     positions = start + distance * np.arange(inside + 1 + 2 * margin)

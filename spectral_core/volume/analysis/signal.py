@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_range
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, counted
 
 
 @read_only_when_copied
@@ -74,7 +74,7 @@ class SampledFunction:
         if not low < high:
             raise InvalidInputError(f"the interval is {low} to {high}; expected low < high")
         if count < 3:
-            raise InvalidInputError(f"{count} samples were requested; expected 3 or more")
+            raise InvalidInputError(f"{counted(count, 'sample was', 'samples were')} requested; expected 3 or more")
         positions = np.linspace(low, high, count, endpoint=not periodic)
         return cls.regular(np.asarray(function(positions)), positions[1] - positions[0], origin=low, periodic=periodic)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from spectral_core.documents.codecs import SpectrumFiles, decoded_color, decoded_grid, decoded_spectrum, encoded_grid
 from spectral_core.documents.schema import Schema
-from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError, counted
 from spectral_core.spectra.spectrum import SpectralGrid
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.fill_values import with_width
@@ -106,8 +106,8 @@ def transfer_of(document: Any, folder: Path) -> TransferDocument:
     grid, files = _grid_of(document), SpectrumFiles(folder)
     if grid is not None and grid.size * len(document["materials"]) > MOST_SAMPLES:
         raise FileFormatError(
-            f"{len(document['materials'])} materials on {grid.size} wavelengths; expected at most {MOST_SAMPLES:,} "
-            "samples"
+            f"{counted(len(document['materials']), 'material')} on {grid.size} wavelengths; expected at most "
+            f"{MOST_SAMPLES:,} samples"
         )
     materials = []
     for index, table in enumerate(document["materials"]):

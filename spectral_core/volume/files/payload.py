@@ -17,7 +17,7 @@ from typing import Any, BinaryIO, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.errors import FileFormatError, InvalidInputError, counted
 from spectral_core.files.guarded import MOST_NAMES, half_of_memory, header_lines, open_regular, require_room
 from spectral_core.volume.field import ScalarVolume
 
@@ -210,7 +210,8 @@ def parse_text(text: bytes, dtype: np.dtype, count: int, source: Path) -> NDArra
         parts.append(parse_words(words, dtype, source))
     if found != count:
         raise FileFormatError(
-            f"{source.name} lists {'more than ' * (start < len(text))}{found} numbers where {count} are stated"
+            f"{source.name} lists {'more than ' * (start < len(text))}{counted(found, 'number')} where {count} "
+            "are stated"
         )
     return np.concatenate(parts) if parts else np.empty(0, dtype.newbyteorder("="))
 

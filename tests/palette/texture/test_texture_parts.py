@@ -175,7 +175,7 @@ def test_pins_have_colors_from_0_to_1_and_do_not_contradict() -> None:
     near = [Pin([0.5, 0.5, 0.5], [0.1] * 3), Pin([0.5, 0.5, 0.54], [0.9] * 3)]
     with pytest.raises(InvalidInputError, match="should look like two different"):
         design_uplift(D65, HP1, near)
-    with pytest.raises(InvalidInputError, match="1 pins without a second light"):
+    with pytest.raises(InvalidInputError, match="1 pin without a second light"):
         design_uplift(D65, None, near[:1])
     assert _difference(np.array([0.2, 0.3, 0.4]), np.array([0.2, 0.3, 0.4])) == 0.0
     for slope in (1e-4, 1.1):

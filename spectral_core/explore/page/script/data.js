@@ -3,9 +3,9 @@
 
 /**
  * @typedef {{name: string, kind: "number"|"text", role: "parameter"|"value"|"manual"|"file"|"time", unit: string,
- *   group: string, log: boolean, of?: "real"|"integer"|"choice", values: Float64Array|null, texts: string[]|null, low: number, high: number,
+ *   group: string, log: boolean, of?: "real"|"integer"|"choice", range?: number[], values: Float64Array|null, texts: string[]|null, low: number, high: number,
  *   order: string[]}} Column
- * A column. `values` holds numbers, or for texts the position in `order`; NaN where there is none.
+ * A column. `range`: of a parameter of numbers, in the sweep. `values` holds numbers, or for texts the position in `order`; NaN where there is none.
  * @typedef {{title: string, id: string, keys: string[], columns: Column[], byName: Map<string, Column>, count: number,
  *   files: Map<string, string[]>, thumbnails: {sheets: string[], size: number, perRow: number, perSheet: number}|null,
  *   live: boolean, version: string, limits: {constraints?: string[], ball?: Ball}}} Table
@@ -97,6 +97,11 @@ export function shown(column, row) {
   if (column.kind === "text") return Number.isNaN(value) ? "" : column.order[value];
   const narrow = Math.max(Math.abs(column.low), Math.abs(column.high)) / (column.high - column.low);
   return format(value, 4 + Math.max(0, Math.min(11, Math.floor(Math.log10(narrow)))));
+}
+
+/** A number of things, in words: 1 row, 2 rows. @param {number} count @param {string} noun */
+export function counted(count, noun) {
+  return `${count} ${noun}${count === 1 ? "" : "s"}`;
 }
 
 /** All digits of a number, without those that a float of 32 bits adds. @param {number} value */

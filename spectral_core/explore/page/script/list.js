@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The table view: only the rows in sight are in the page. Texts are set as text, so nothing in them is ever markup.
 
-import { shown } from "./data.js";
+import { counted, shown } from "./data.js";
 import { note } from "./pictures.js";
 
 const ROW = 24;
@@ -92,7 +92,7 @@ export class List {
   print() {
     const lines = this.rows.slice(0, MOST_PRINTED).map((row) => this.line(row));
     const more = this.rows.length - lines.length;
-    if (more > 0) lines.push(note(`${more} more rows are in the file of the button Table (CSV).`));
+    if (more > 0) lines.push(note(`${counted(more, "further row")} ${more === 1 ? "is" : "are"} in the file of the button Table (CSV).`));
     this.space.replaceChildren(...lines);
   }
 

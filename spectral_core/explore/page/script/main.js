@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page: reads the table, builds the views, links them, hears keys and buttons.
 
-import { columnOf, digits, shown, tableOf, textColumn } from "./data.js";
+import { columnOf, counted, digits, shown, tableOf, textColumn } from "./data.js";
 import { onGround } from "./colors.js";
 import { legendOf } from "./legend.js";
 import { List } from "./list.js";
@@ -14,6 +14,8 @@ import { MOST_SHOWN, freshState, fromPlain, recall, remember, toPlain } from "./
 
 const started = performance.now();
 const REMEMBER_MS = 250;
+/** What readers of tables take for a number. */
+const NUMBER = /^\s*[+-]?(((\d[\d_]*\.?[\d_]*|\.\d[\d_]*)(e[+-]?\d+)?)|nan|inf|infinity)\s*$/i;
 
 /** @param {string} id */
 function element(id) {
@@ -108,7 +110,7 @@ class Explorer {
   details() {
     const { table, state } = this;
     const count = size(state.selection);
-    element("count").textContent = state.selected ? `${count} of ${table.count} selected` : `${table.count} ${table.count === 1 ? "point" : "points"}`;
+    element("count").textContent = state.selected ? `${count} of ${table.count} selected` : counted(table.count, "point");
     const rows = rowsOf(state.selection, 60);
     const strip = rows.map((row) => {
       const image = thumbnail(table, row);
@@ -248,18 +250,17 @@ class Explorer {
     return keys.length;
   }
 
-  /** The whole table with labels as CSV; a text that could be a formula gets an apostrophe. */
+  /** The whole table with labels as CSV; like data.csv, with an apostrophe before a text that could be a formula or a number. */
   csv() {
     const columns = this.table.columns.filter((column) => column.values);
-    const quoted = (/** @type {string} */ text) => {
-      const harmless = /^[=+\-@\t\r\n]/.test(text) ? `'${text}` : text;
-      return /[",\n\r]/.test(harmless) ? `"${harmless.replaceAll('"', '""')}"` : harmless;
-    };
+    const quoted = (/** @type {string} */ text) => (/[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const harmless = (/** @type {string} */ text) => quoted(/^[=+\-@\t\r\n']/.test(text) ? `'${text}` : text);
+    const asText = (/** @type {string} */ text) => (NUMBER.test(text) ? quoted(`'${text}`) : harmless(text));
     const cell = (/** @type {any} */ column, /** @type {number} */ row) =>
-      column.kind === "text" ? quoted(shown(column, row)) : digits(column.values[row]);
-    const lines = [["key", ...columns.map((c) => quoted(c.name)), "selected"].join(",")];
+      column.kind === "text" ? asText(shown(column, row)) : digits(column.values[row]);
+    const lines = [["key", ...columns.map((c) => harmless(c.name)), "selected"].join(",")];
     for (let row = 0; row < this.table.count; row++) {
-      lines.push([quoted(this.table.keys[row]), ...columns.map((c) => cell(c, row)), this.state.selection[row]].join(","));
+      lines.push([harmless(this.table.keys[row]), ...columns.map((c) => cell(c, row)), this.state.selection[row]].join(","));
     }
     return `${lines.join("\n")}\n`;
   }
@@ -306,7 +307,7 @@ class Explorer {
     click("menu", () => element("side").classList.toggle("open"));
     click("label", () => {
       element("status").textContent = state.selected
-        ? `${this.label(input("label-text").value.trim())} rows labeled in ${state.color}`
+        ? `${counted(this.label(input("label-text").value.trim()), "row")} labeled in ${state.color}`
         : "Select points first; the label is written on them.";
     });
     click("export-csv", () => download("table.csv", this.csv(), "text/csv"));

@@ -188,8 +188,24 @@ export class Matrix {
   /** @param {CanvasRenderingContext2D} context @param {Panel} panel @param {import("./data.js").Column} column */
   across(context, panel, column) {
     context.textAlign = "center";
+    const wanted = Math.max(3, Math.floor(panel.width / 42));
+    let shown = this.beside(context, panel, column, wanted);
+    // one tick tells no scale: of finer ticks two that are farther apart may have room
+    for (let more = 2 * wanted; shown.length < 2 && more <= 8 * wanted; more *= 2) {
+      const finer = this.beside(context, panel, column, more);
+      if (finer.length > 1) shown = finer;
+    }
+    for (const { text, x } of shown) context.fillText(text, x, panel.top + panel.height + 13);
+  }
+
+  /**
+   * Texts below a panel, without those that would touch the one before them.
+   * @param {CanvasRenderingContext2D} context @param {Panel} panel @param {import("./data.js").Column} column @param {number} wanted
+   */
+  beside(context, panel, column, wanted) {
+    const found = [];
     let end = -Infinity;
-    for (const tick of ticks(column, Math.max(3, Math.floor(panel.width / 42)))) {
+    for (const tick of ticks(column, wanted)) {
       const text = column.kind === "text" ? fitted(context, tick.text, panel.width / 2) : tick.text;
       const half = context.measureText(text).width / 2;
       // a text at the end of an axis stays out of the next panel's
@@ -197,8 +213,9 @@ export class Matrix {
       const x = Math.max(low, Math.min(panel.left + tick.at * panel.width, panel.left + panel.width + GAP / 2 - half - 1));
       if (x - half < end + 4) continue;
       end = x + half;
-      context.fillText(text, x, panel.top + panel.height + 13);
+      found.push({ text, x });
     }
+    return found;
   }
 
   /** @param {CanvasRenderingContext2D} context @param {Panel} panel @param {import("./data.js").Column} row */

@@ -89,7 +89,9 @@ export function regionAround(table, rows, name) {
       const alone = low === high && column.of !== "integer";
       const room = alone && !column.log ? 0.005 * (column.high - column.low) : 0;
       const factor = alone && column.log ? (column.high / column.low) ** 0.005 : 1;
-      ranges[column.name] = [(low - room) / factor, (high + room) * factor];
+      // as far as the range of the sweep, beyond which a value may have no meaning
+      const [least, most] = column.range && low >= column.range[0] && high <= column.range[1] ? column.range : [-Infinity, Infinity];
+      ranges[column.name] = [Math.max((low - room) / factor, least), Math.min((high + room) * factor, most)];
     }
   }
   return { name, ranges, ...(Object.keys(choices).length ? { choices } : {}), ...table.limits };

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError
+from spectral_core.errors import FileFormatError, counted
 from spectral_core.files.guarded import MOST_HEADER_BYTES, read_bytes
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.formats.raw_format import read_layout
@@ -126,7 +126,7 @@ def _numbers(text: str, path: Path, key: str, count: int = 3) -> list[float]:
     try:
         values = [float(word) for word in text.replace(",", " ").split()]
     except ValueError as error:
-        raise FileFormatError(f"{key} of {path.name} is {text!r}; expected {count} numbers") from error
+        raise FileFormatError(f"{key} of {path.name} is {text!r}; expected {counted(count, 'number')}") from error
     if len(values) != count or not np.isfinite(values).all():
-        raise FileFormatError(f"{key} of {path.name} is {text!r}; expected {count} numbers")
+        raise FileFormatError(f"{key} of {path.name} is {text!r}; expected {counted(count, 'number')}")
     return values

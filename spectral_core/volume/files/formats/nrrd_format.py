@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, counted
 from spectral_core.files.guarded import header_lines, open_regular
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import (
@@ -241,7 +241,9 @@ def _world_from_index(header: Mapping[str, Any], space: list[int], path: Path) -
     if "space directions" in header:
         directions = _directions(header)[space].T
         if directions.shape != (3, 3):
-            raise FileFormatError(f"{path.name} has space directions of {directions.shape[0]} numbers; expected 3")
+            raise FileFormatError(
+                f"{path.name} has space directions of {counted(directions.shape[0], 'number')}; expected 3"
+            )
         directions = directions * _factors(header, "space units", range(3), path)[:, None]
         return affine(directions, _space_origin(header, path))
 
@@ -273,7 +275,7 @@ def _space_origin(header: Mapping[str, Any], path: Path) -> NDArray[np.float64]:
     """World position of the center of the first voxel, in the first of the space's units; by default 0."""
     origin = np.asarray(header.get("space origin", np.zeros(3)), float)
     if origin.shape != (3,):
-        raise FileFormatError(f"{path.name} has a space origin of {origin.size} numbers; expected 3")
+        raise FileFormatError(f"{path.name} has a space origin of {counted(origin.size, 'number')}; expected 3")
     return origin * _factors(header, "space units", range(3), path)
 
 

@@ -23,7 +23,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, how_to_install
+from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError, counted, how_to_install
 from spectral_core.files.guarded import half_of_memory, read_bytes, require_room
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.formats.vtk_format import choose_array
@@ -152,7 +152,7 @@ def _world_from_index(image: Any, whole: NDArray, of_cells: bool) -> NDArray[np.
         values = np.array([float(word) for word in image.get(key, default).split()])
         if values.size != count:
             raise FileFormatError(
-                f"{key} {image.get(key)!r} of a .vti file has {values.size} numbers; expected {count}"
+                f"{key} {image.get(key)!r} of a .vti file has {counted(values.size, 'number')}; expected {count}"
             )
         return values
 
@@ -179,7 +179,7 @@ def _values(file: _File, element: Any, count: int) -> NDArray[Any]:
         array = plain.astype(dtype.newbyteorder("="), copy=False)
     if array.size != count:
         raise FileFormatError(
-            f"array {element.get('Name')!r} of {file.path.name} has {array.size} numbers; expected {count}"
+            f"array {element.get('Name')!r} of {file.path.name} has {counted(array.size, 'number')}; expected {count}"
         )
     return array
 

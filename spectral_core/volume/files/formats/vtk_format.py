@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError, counted
 from spectral_core.files.guarded import half_of_memory, read_bytes, require_room
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import affine, make_volume, parse_words, pick_component, read_numbers, x_first
@@ -143,7 +143,7 @@ class _Parser:
         expected = math.prod(max(n - 1, 1) if self._of_cells else n for n in self.shape)
         if count != expected or not self.shape:
             raise FileFormatError(
-                f"{self.path.name} states {count} values for dimensions {self.shape}; expected {expected}"
+                f"{self.path.name} states {counted(count, 'value')} for dimensions {self.shape}; expected {expected}"
             )
 
     def _attribute(self, key: str, words: list[str]) -> None:
@@ -208,6 +208,7 @@ class _Parser:
                 words = []
         if found != count:
             raise FileFormatError(
-                f"{self.path.name} lists {found} numbers where {count} are stated; the file is truncated or invalid"
+                f"{self.path.name} lists {counted(found, 'number')} where {count} are stated; the file is truncated "
+                "or invalid"
             )
         return np.concatenate([*parts, parse_words(words, dtype, self.path)])
