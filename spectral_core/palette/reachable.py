@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, require_kind, require_whole
-from spectral_core.errors import InvalidInputError, SolveError, counted
+from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.palette.assemble.equations import Equation, equation_of
 from spectral_core.palette.assemble.limits import Limits
 from spectral_core.palette.assemble.programs import EXACT, Programs
