@@ -74,7 +74,7 @@ def _planned(scene: Scene, measure: Measure) -> EffectPlan:
     is_recording = measure.groups or measure.bands is not None or measure.sampling_lights is not None
     if measure.bands is not None:
         scene = replace(scene, settings=scene.settings.in_spectra())
-    return plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene))
+    return plan_effects(tightened(scene), pilot=not is_recording and pilot_pays(scene), lights_vary=bool(is_recording))
 
 
 def _render_instant(

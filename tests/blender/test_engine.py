@@ -235,3 +235,5 @@ def test_grease_pencil_is_in_the_picture_as_its_note_says(build, f12):
         pytest.skip("Blender finds no OpenGL or Vulkan here, without which no engine has grease pencil")
     assert np.abs(drawn - bare).max() > 0.01
     assert any("grease pencil over the picture" in note.message for note in jobs.records[-1].notes)
+    layer.use_pass_grease_pencil = True  # a pass of its own beside the picture
+    np.testing.assert_allclose(f12(), drawn, atol=1e-3)

@@ -216,6 +216,20 @@ def test_a_lamp_that_is_switched_off_and_on_is_chosen_again() -> None:
     np.testing.assert_allclose(only.mean(), rendered(scene_of((RIGHT,)), 256).mean(), rtol=0.01)
 
 
+def test_a_lamp_of_any_strength_and_place_keeps_the_loaded_scene() -> None:
+    """F12 follows more bounces under a stronger or nearer lamp; a view would load the scene again at each edit."""
+    scene = scene_of((LEFT, RIGHT), settings=RenderSettings(transport="rgb"))
+    stage = Stage()
+    stage.show(scene)
+    bounces = {plan_from_data(scene).bounces}
+    for numbers in ({"power_w": 1e6}, {"power_w": 1e-3}, {"world_from_light": at(0, 0, 0.01)}):
+        now = edited(scene, "left", **numbers)
+        stage.show(now)
+        bounces.add(plan_from_data(now).bounces)
+    assert len(bounces) > 1
+    assert stage.loads == 1
+
+
 def test_one_lamp_is_not_chosen() -> None:
     job = RenderJob(scene_of((LEFT,)), plan_from_data(scene_of((LEFT,)), 0.0), Measure(movable=True))
     assert not isinstance(job.loaded.integrator.lights, ChosenEmitters)

@@ -244,8 +244,10 @@ class Stage:
 
 
 def _planned(scene: Scene) -> tuple[Scene, EffectPlan]:
-    """What is simulated of a scene, and the plan, which omits no effect for its size: edits change that."""
-    plan = plan_from_data(scene, 0.0)
+    """What is simulated of a scene, and the plan, which omits no effect for its size and has bounces for lights of any
+    strength: edits change these.
+    """
+    plan = plan_from_data(scene, 0.0, lights_vary=True)
     return simulated_scene(scene, plan), plan
 
 

@@ -39,7 +39,9 @@ white's colors.
 _PILOTED = ("bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
 
 
-def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = True) -> EffectPlan:
+def plan_effects(
+    scene: Scene, tolerance: float | None = None, *, pilot: bool = True, lights_vary: bool = False
+) -> EffectPlan:
     """Decide what must be simulated for ``scene``.
 
     Parameters
@@ -51,6 +53,9 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
     pilot
         Whether a pilot may be traced (in this process, under a second where kernels are warm) for what data do not
         decide. Without it, or without Mitsuba, such effects stay.
+    lights_vary
+        Whether the plan serves lights of any place and strength, as that of a recording or of a view does: an edit of
+        a lamp then changes no number of bounces.
 
     Raises
     ------
@@ -62,7 +67,7 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
     if tolerance is None:
         tolerance = scene.settings.tolerance_delta_e
     tolerance = require_range("the tolerance (ΔE2000)", tolerance, 0.0, 1e9)
-    found = Found(scene, take_inventory(scene), bounds.seen_points(scene))
+    found = Found(scene, take_inventory(scene), bounds.seen_points(scene), lights_vary)
     effects = effects_of(found)
     choices = _checked_choices(scene, {**effects, **unmeasured_kinds()})
     seen = _look(found, effects, choices, tolerance) if pilot else None
@@ -85,9 +90,9 @@ def plan_effects(scene: Scene, tolerance: float | None = None, *, pilot: bool = 
     return EffectPlan(tuple(decisions), tolerance, paths, elapsed, indirect, clamped)
 
 
-def plan_from_data(scene: Scene, tolerance: float | None = None) -> EffectPlan:
+def plan_from_data(scene: Scene, tolerance: float | None = None, *, lights_vary: bool = False) -> EffectPlan:
     """``plan_effects`` without a pilot: nothing is traced, and Mitsuba is not needed. Raises the same errors."""
-    return plan_effects(scene, tolerance, pilot=False)
+    return plan_effects(scene, tolerance, pilot=False, lights_vary=lights_vary)
 
 
 def pilot_pays(scene: Scene) -> bool:

@@ -39,11 +39,15 @@ THIN = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """A scene, its inventory, and points (n, 3) that span the region that its camera sees."""
+    """A scene, its inventory, and points (n, 3) that span the region that its camera sees.
+
+    ``lights_vary``: the plan serves lights of any place and strength.
+    """
 
     scene: Scene
     inventory: Inventory
     points: NDArray[np.float64]
+    lights_vary: bool = False
 
     @property
     def materials(self) -> list[Material]:
@@ -275,7 +279,9 @@ def _bounces(found: Found) -> Effect:
     if inventory.glossy:
         reason = f"other surfaces are reflected in {names(inventory.glossy)}"
         return Effect("bounces", full, reason, "dark reflections of reflections", "not known")
-    direct = reflections.direct_radiance(found.scene, found.materials, inventory.largest_reflectance)
+    direct = reflections.USUAL_DIRECT
+    if not found.lights_vary:
+        direct = reflections.direct_radiance(found.scene, found.materials, inventory.largest_reflectance)
     levels = reflections.diffuse_levels(direct, inventory.largest_reflectance)
     reason = f"surfaces are diffuse and reflect at most {100 * inventory.largest_reflectance:.0f} %"
     return Effect("bounces", levels, reason, "dark corners", "bounded")

@@ -40,7 +40,7 @@ def fingerprint(scene: Scene, *, one_per_light: bool = False) -> Fingerprint:
     """Fingerprint of a scene for ``record_transport``."""
     scene = one_group_per_light(scene) if one_per_light else scene
     dark, fog = World(gray(0.0)), World(gray(0.0), medium=scene.world.medium)
-    plan = plan_from_data(scene)  # as recordings are; a pilot would run Mitsuba in Blender's process
+    plan = plan_from_data(scene, lights_vary=True)  # as recordings are; a pilot would run Mitsuba in Blender's process
     rest = replace(scene, lights=(), world=fog, notes=())
     own = {}
     for name in light_groups(scene):

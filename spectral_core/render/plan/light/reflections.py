@@ -44,6 +44,8 @@ NO_ERROR = 1e-3
 """ΔE2000 that nobody can measure in a picture: no candidate has more bounces than the first with a smaller error."""
 MOST_DIRECT = 1e4
 """Largest radiance of a surface under its lamps, over white: a lamp that touches a surface lights a point of it."""
+USUAL_DIRECT = 10.0
+"""The same where a plan serves lights of any strength: pictures are exposed for surfaces in direct light."""
 MOST_LAMPS, MOST_TRIANGLES = 64, 4096
 """Lamps whose distance from each surface is computed, the strongest; and triangles of a mesh whose own distances are,
 of one with more those of its vertices.
