@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -19,13 +20,20 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Blender may not
 
 @contextmanager
 def files_of_at_most(size):
-    """No file of this process grows beyond so many bytes."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    """No file of this process and of those that it starts grows beyond so many bytes.
+
+    Compiled modules are not kept: Python 3.11 would keep them truncated, and could never import them again.
+    """
+    before, kept = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+        sys.dont_write_bytecode = True
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+            sys.dont_write_bytecode = kept
 
 
 @pytest.mark.parametrize("size", [0, 100])
@@ -90,6 +98,7 @@ def test_a_command_does_not_deliver_a_part_of_a_picture(stage, tmp_path, ending)
     """It ended with status 0, and named the file as written."""
     out = tmp_path / f"picture{ending}"
     words = [sys.executable, "-c", COMMAND, bpy.data.filepath, "--out", str(out)]
-    ended = subprocess.run(words, capture_output=True, text=True, check=False)
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}  # no truncated modules, as above
+    ended = subprocess.run(words, capture_output=True, text=True, check=False, env=environment)
     assert ended.returncode == 1 and not out.exists()
     assert "frame" in ended.stderr.splitlines()[-1] and "Traceback" not in ended.stderr
