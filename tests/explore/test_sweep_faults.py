@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import sqlite3
 import subprocess
 import sys
@@ -98,10 +97,8 @@ def test_a_sweep_that_began_on_a_full_disk_runs_later(tmp_path: Path, monkeypatc
     """The rest of the first run was taken for a sweep that begins at present, in every later run."""
     sweep_file(tmp_path, budget=3)
     monkeypatch.chdir(tmp_path)
-    began = subprocess.run(
-        [sys.executable, "-c", BEGIN_WITHIN, str(most)], capture_output=True, text=True, check=False,
-        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},  # Python 3.11 would keep truncated modules
-    )  # fmt: skip
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")  # Python 3.11 would keep truncated modules
+    began = subprocess.run([sys.executable, "-c", BEGIN_WITHIN, str(most)], capture_output=True, text=True, check=False)
     assert began.returncode == 1 and "Traceback" not in began.stderr
     assert "sweep.cdb" in began.stderr
     assert main(["sweep", "sweep.toml"]) == 0

@@ -39,15 +39,12 @@ THIN = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
-    """A scene, its inventory, and points (n, 3) that span the region that its camera sees.
-
-    ``lights_vary``: the plan serves lights of any place and strength.
-    """
+    """A scene, its inventory, and points (n, 3) that span the region that its camera sees."""
 
     scene: Scene
     inventory: Inventory
     points: NDArray[np.float64]
-    lights_vary: bool = False
+    lights_vary: bool = False  # True if the plan serves lights of any place and strength
 
     @property
     def materials(self) -> list[Material]:
