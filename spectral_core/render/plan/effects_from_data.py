@@ -17,7 +17,7 @@ from spectral_core.render.plan.inventory import Inventory, is_sharp, shown_mater
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.light import reflections
 from spectral_core.render.plan.light.sizes import largest_light
-from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
+from spectral_core.render.plan.spectral_bound import MOST_REFLECTIONS, distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
 from spectral_core.render.plan.volume_bound import error_of_volumes
 from spectral_core.scene import Material, PointLight, RayPortal, Scene, SpotLight, leaves
@@ -45,6 +45,7 @@ class Found:
     inventory: Inventory
     points: NDArray[np.float64]
     lights_vary: bool = False  # True if the plan serves lights of any place and strength
+    is_view: bool = False  # True if, besides, no error is tolerated, whatever its size
 
     @property
     def materials(self) -> list[Material]:
@@ -55,10 +56,11 @@ class Found:
     @property
     def scatters(self) -> bool:
         """True if light is scattered or emitted in a medium; media whose error is ``THIN`` at most do not count."""
-        if "World" in self.inventory.scattering:
-            return True
         media = [material for material in self.materials if material.name in self.inventory.scattering]
-        return sum(bounds.error_of_medium(self.scene, material, self.ways) for material in media) > THIN
+        return (
+            "World" in self.inventory.scattering
+            or sum(bounds.error_of_medium(self.scene, material, self.ways) for material in media) > THIN
+        )
 
     @property
     def ways(self) -> float:
@@ -89,7 +91,8 @@ def _transport(found: Found) -> Effect:
         reason = "no light or material has a spectrum; three channels are exact"
         return Effect("transport", simple(0.0), reason, choices=choices)
     # three channels show no dispersion, whose own error is never larger: it leaves first
-    error = rgb_transport_error(found.scene) + _error_without_dispersion(found)
+    most = 2 if found.is_view else MOST_REFLECTIONS
+    error = rgb_transport_error(found.scene, most) + _error_without_dispersion(found)
     text = "an unknown error" if error == KEEP else f"an error of ΔE {error:.2g}"
     reason = f"there are spectra in {names(inventory.spectra)}; surfaces under all lights have {text} in three channels"
     return Effect(
@@ -276,11 +279,11 @@ def _bounces(found: Found) -> Effect:
     if inventory.glossy:
         reason = f"other surfaces are reflected in {names(inventory.glossy)}"
         return Effect("bounces", full, reason, "dark reflections of reflections", "not known")
-    direct = reflections.USUAL_DIRECT
+    largest, direct = inventory.largest_reflectance, reflections.USUAL_DIRECT
     if not found.lights_vary:
-        direct = reflections.direct_radiance(found.scene, found.materials, inventory.largest_reflectance)
-    levels = reflections.diffuse_levels(direct, inventory.largest_reflectance)
-    reason = f"surfaces are diffuse and reflect at most {100 * inventory.largest_reflectance:.0f} %"
+        direct = reflections.direct_radiance(found.scene, found.materials, largest)
+    levels = reflections.diffuse_levels(direct, largest)
+    reason = f"surfaces are diffuse and reflect at most {100 * largest:.0f} %"
     return Effect("bounces", levels, reason, "dark corners", "bounded")
 
 
