@@ -56,11 +56,10 @@ class Found:
     @property
     def scatters(self) -> bool:
         """True if light is scattered or emitted in a medium; media whose error is ``THIN`` at most do not count."""
+        if "World" in self.inventory.scattering:
+            return True
         media = [material for material in self.materials if material.name in self.inventory.scattering]
-        return (
-            "World" in self.inventory.scattering
-            or sum(bounds.error_of_medium(self.scene, material, self.ways) for material in media) > THIN
-        )
+        return sum(bounds.error_of_medium(self.scene, material, self.ways) for material in media) > THIN
 
     @property
     def ways(self) -> float:
@@ -95,9 +94,8 @@ def _transport(found: Found) -> Effect:
     error = rgb_transport_error(found.scene, most) + _error_without_dispersion(found)
     text = "an unknown error" if error == KEEP else f"an error of ΔE {error:.2g}"
     reason = f"there are spectra in {names(inventory.spectra)}; surfaces under all lights have {text} in three channels"
-    return Effect(
-        "transport", simple(error), reason, "colors that only spectra can distinguish become equal", "bounded", choices
-    )
+    lost = "colors that only spectra can distinguish become equal"
+    return Effect("transport", simple(error), reason, lost, "bounded", choices)
 
 
 def _disperses_anyway(found: Found) -> bool:
