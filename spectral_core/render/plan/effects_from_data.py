@@ -17,7 +17,7 @@ from spectral_core.render.plan.inventory import Inventory, is_sharp, shown_mater
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.light import reflections
 from spectral_core.render.plan.light.sizes import largest_light
-from spectral_core.render.plan.spectral_bound import MOST_REFLECTIONS, distinct_lights, rgb_transport_error
+from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
 from spectral_core.render.plan.volume_bound import error_of_volumes
 from spectral_core.scene import Material, PointLight, RayPortal, Scene, SpotLight, leaves
@@ -89,9 +89,10 @@ def _transport(found: Found) -> Effect:
     if not inventory.spectra:
         reason = "no light or material has a spectrum; three channels are exact"
         return Effect("transport", simple(0.0), reason, choices=choices)
+    if found.is_view:  # an edit is planned in a tenth of the time that this error takes
+        return Effect("transport", simple(KEEP), "there are spectra; no error is tolerated", choices=choices)
     # three channels show no dispersion, whose own error is never larger: it leaves first
-    most = 2 if found.is_view else MOST_REFLECTIONS
-    error = rgb_transport_error(found.scene, most) + _error_without_dispersion(found)
+    error = rgb_transport_error(found.scene) + _error_without_dispersion(found)
     text = "an unknown error" if error == KEEP else f"an error of ΔE {error:.2g}"
     reason = f"there are spectra in {names(inventory.spectra)}; surfaces under all lights have {text} in three channels"
     lost = "colors that only spectra can distinguish become equal"
