@@ -15,7 +15,7 @@ from spectral_core.render.plan.decision import MOST_BOUNCES, MOST_ERROR, USUAL_B
 from spectral_core.render.plan.fluorescence import error_without_dyes
 from spectral_core.render.plan.inventory import Inventory, is_sharp, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
-from spectral_core.render.plan.light import reflections
+from spectral_core.render.plan.light.reflections import USUAL_DIRECT, diffuse_levels, direct_radiance, ways_of_light
 from spectral_core.render.plan.light.sizes import largest_light
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
@@ -64,7 +64,7 @@ class Found:
     @property
     def ways(self) -> float:
         """Straight ways of a path between a lamp, surfaces and the camera, in the mean."""
-        return reflections.ways_of_light(self.materials)
+        return ways_of_light(self.materials)
 
 
 def absent(
@@ -89,14 +89,14 @@ def _transport(found: Found) -> Effect:
     if not inventory.spectra:
         reason = "no light or material has a spectrum; three channels are exact"
         return Effect("transport", simple(0.0), reason, choices=choices)
-    if found.is_view:  # an edit is planned in a tenth of the time that this error takes
-        return Effect("transport", simple(KEEP), "there are spectra; no error is tolerated", choices=choices)
+    loses = "colors that only spectra can distinguish become equal"
+    if found.is_view:  # the error, which does not matter here, takes most of the time of an edit's plan
+        return Effect("transport", simple(KEEP), "there are spectra", loses, "not known", choices)
     # three channels show no dispersion, whose own error is never larger: it leaves first
     error = rgb_transport_error(found.scene) + _error_without_dispersion(found)
     text = "an unknown error" if error == KEEP else f"an error of ΔE {error:.2g}"
     reason = f"there are spectra in {names(inventory.spectra)}; surfaces under all lights have {text} in three channels"
-    lost = "colors that only spectra can distinguish become equal"
-    return Effect("transport", simple(error), reason, lost, "bounded", choices)
+    return Effect("transport", simple(error), reason, loses, "bounded", choices)
 
 
 def _disperses_anyway(found: Found) -> bool:
@@ -278,10 +278,9 @@ def _bounces(found: Found) -> Effect:
     if inventory.glossy:
         reason = f"other surfaces are reflected in {names(inventory.glossy)}"
         return Effect("bounces", full, reason, "dark reflections of reflections", "not known")
-    largest, direct = inventory.largest_reflectance, reflections.USUAL_DIRECT
-    if not found.lights_vary:
-        direct = reflections.direct_radiance(found.scene, found.materials, largest)
-    levels = reflections.diffuse_levels(direct, largest)
+    largest = inventory.largest_reflectance
+    direct = USUAL_DIRECT if found.lights_vary else direct_radiance(found.scene, found.materials, largest)
+    levels = diffuse_levels(direct, largest)
     reason = f"surfaces are diffuse and reflect at most {100 * largest:.0f} %"
     return Effect("bounces", levels, reason, "dark corners", "bounded")
 
