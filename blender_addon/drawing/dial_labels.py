@@ -73,9 +73,8 @@ def labels_of(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list
         f"{name}  {100 * share:.0f} %" if bulb.is_on else f"{name}  off"
         for name, share, bulb in zip(names, shares, dial.bulbs, strict=True)
     ]
-    widest = [
-        f"{name}  {LONGEST_SHARE}" for name in names
-    ]  # so that no text changes its place while the dial is turned
+    # placed by their widest texts, so that no text changes its place while the dial is turned
+    widest = [f"{name}  {LONGEST_SHARE}" for name in names]
     is_centered = not is_crowded and all(text for text, _, _ in _placed(shape, dial, shares, widest, outward=False))
     return _placed(shape, dial, shares, texts, outward=not is_centered, beside_bulbs=is_crowded)
 
