@@ -47,7 +47,7 @@ def search(scene: Scene, seed: int = 0) -> Callable[[], Found]:
             if kept is None:
                 raise InvalidInputError(f"{material.name!r} is locked but was never solved; solve the palette first")
             locked[row] = Reflectance(material.name, kept.grid, kept.values)
-    uids = [entry.uid if entry.design == "DESIGNED" else None for entry in (*palette.lights, *palette.materials)]
+    uids = [entry.uid for entry in (*palette.lights, *palette.materials)]
     asked = _asked(palette)
     return lambda: [
         {"asked": asked, **_told(each, uids)} for each in alternatives(problem, count=count, locked=locked, seed=seed)
@@ -68,15 +68,16 @@ def is_of_other_rows(palette: PropertyGroup, answer: PropertyGroup) -> bool:
     return answer.asked.rpartition(":")[2] != _order(palette)
 
 
-def _told(found: Alternative, uids: list[int | None]) -> dict[str, Any]:
-    """The values to store. ``uids``: numbers of the lights and materials, None for those that are given."""
+def _told(found: Alternative, uids: list[int]) -> dict[str, Any]:
+    """The values to store. ``uids``: numbers of the lights and materials. Given spectra are among them, too, as the
+    palette's brightness may have changed since they were stored.
+    """
     solution, items = found.solution, found.solution.reflectances
     entries = zip(uids, (*solution.illuminants, *items), strict=True)
     spectra = {
         # Nine digits, as many as Blender stores; samples of a dim light may be 1e-6.
         str(uid): {"nm": item.grid.wavelengths_nm.tolist(), "values": [float(f"{each:.9g}") for each in item.values]}
         for uid, item in entries
-        if uid is not None
     }
     cells = {
         "actual": solution.actual_linear_rgb.tolist(),
