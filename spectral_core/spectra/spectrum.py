@@ -15,7 +15,7 @@ from typing import Literal, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, real_numbers, require_text
 from spectral_core.errors import GridMismatchError, InvalidInputError, counted
 
 Interpolation = Literal["linear", "sampled"]
@@ -92,7 +92,9 @@ class SpectralGrid:
 
         Hat functions for both interpolations: a ``"sampled"`` grid differs in its integrals only.
         """
-        points = np.atleast_1d(np.asarray(wavelengths_nm, dtype=np.float64))
+        points = np.atleast_1d(real_numbers("wavelengths", wavelengths_nm))
+        if points.ndim > 1:
+            raise InvalidInputError(f"wavelengths has shape {points.shape}; expected a list of numbers, or one number")
         left, fraction, inside = self._cells_of(points)
         matrix = np.zeros((points.size, self.size))
         rows = np.arange(points.size)
@@ -169,7 +171,7 @@ class Spectrum:
 
     def at(self, wavelengths_nm: ArrayLike) -> NDArray[np.float64]:
         """Values at any wavelengths (nm), linear between knots and zero outside; same shape as the input."""
-        points = np.asarray(wavelengths_nm, dtype=np.float64)
+        points = real_numbers("wavelengths", wavelengths_nm)
         return np.interp(points, self.grid.wavelengths_nm, self.values, left=0.0, right=0.0)
 
     def resampled(self, grid: SpectralGrid, *, average: bool = False) -> Self:

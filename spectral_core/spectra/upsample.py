@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, real_numbers
+from spectral_core.checks import frozen_array, real_numbers, require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.observer import STANDARD, linear_rgb_from_product, normalized, observer
@@ -75,9 +75,12 @@ def coefficients_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
 
 
 def is_outside(linear_rgb: ArrayLike) -> bool:
-    """True if a color of linear sRGB (..., 3) is outside of sRGB: it has a negative channel beyond rounding."""
-    rgb = np.asarray(linear_rgb, dtype=np.float64)
-    return bool(np.min(rgb, initial=0.0) < -OUTSIDE * max(float(np.max(rgb, initial=0.0)), OUTSIDE))
+    """True if any color of linear sRGB (..., 3) is outside of sRGB: it has a negative channel beyond rounding.
+
+    Each color is compared with its own largest channel.
+    """
+    rgb = real_numbers("colors", linear_rgb, last=3)
+    return bool(np.any(rgb.min(axis=-1) < -OUTSIDE * np.maximum(rgb.max(axis=-1), OUTSIDE)))
 
 
 def light_tint(linear_rgb: ArrayLike, white: Spectrum, wavelengths_nm: ArrayLike) -> Array:
@@ -87,8 +90,7 @@ def light_tint(linear_rgb: ArrayLike, white: Spectrum, wavelengths_nm: ArrayLike
     surface shows: the factor of at least 0 that gives the XYZ of the color, and that differs least, and most smoothly,
     from the factor of the color without negative channels. Of a color that no light has, the nearest is given.
     """
-    rgb = np.asarray(linear_rgb, dtype=np.float64)
-    nm = np.asarray(wavelengths_nm, dtype=np.float64)
+    rgb, nm = _light_color(linear_rgb, white), real_numbers("wavelengths", wavelengths_nm)
     size = float(np.max(rgb, initial=0.0))
     if size == 0:
         return np.zeros(nm.shape)
@@ -104,8 +106,13 @@ def distance_from_light(linear_rgb: ArrayLike, white: Spectrum) -> float:
     """Give the largest difference in a channel between a color, linear sRGB (3,), and the light that ``light_tint``
     gives for it, over its largest channel; 0 for colors of sRGB.
     """
-    rgb = np.asarray(linear_rgb, dtype=np.float64)
+    rgb = _light_color(linear_rgb, white)
     return _narrow_tint(tuple(rgb / rgb.max()), white)[1] if rgb.max() > 0 and is_outside(rgb) else 0.0
+
+
+def _light_color(linear_rgb: ArrayLike, white: Spectrum) -> Array:
+    require_kind("the white", white, Spectrum, "illuminant of spectral_core.spectra.catalogue gives one by its name")
+    return frozen_array("the color of a light", linear_rgb, (3,))
 
 
 @lru_cache(maxsize=256)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from spectral_core.documents import document
 from spectral_core.documents.codecs import decoded_grid, encoded_grid
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
@@ -90,9 +91,10 @@ def test_a_grid_of_any_step_is_read_again(step: float) -> None:
     assert decoded_grid(encoded_grid(grid)).same_as(grid)
 
 
-def test_a_palette_that_toml_cannot_hold_is_refused_before_it_is_written(tmp_path: Path) -> None:
+def test_a_palette_that_toml_cannot_hold_is_refused_before_it_is_written(tmp_path: Path, monkeypatch) -> None:
     """It was written, over the earlier file, and could not be read again."""
-    grid = SpectralGrid(np.linspace(400.0, 700.0, 230_000))
+    monkeypatch.setattr(document, "MOST_TOML_BYTES", 1 << 20)
+    grid = SpectralGrid(np.linspace(400.0, 700.0, 30_000))
     problem = problem_with(Illuminant("fine", grid, np.full(grid.size, 1 / 3)))
     (tmp_path / "fine.toml").write_text("earlier", "utf-8")
     with pytest.raises(InvalidInputError, match=r"fine\.toml would have [0-9.]+ MiB.*name it \.json"):

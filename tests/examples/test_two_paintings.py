@@ -17,7 +17,7 @@ from spectral_core.scene import Film
 
 
 def test_each_lamp_shows_its_painting_on_a_gray_wall() -> None:
-    lights = design_lights(iterations=15).lights
+    lights = design_lights(iterations=2).lights
     pictures = [Picture("hills", hills(96)), Picture("circles", circles(96))]
     design = design_texture(pictures, lights)
     assert all(loss.mean < 0.2 and loss.ghost < 0.02 for loss in design.losses)

@@ -134,10 +134,13 @@ def test_a_texture_that_is_stopped_while_it_writes_keeps_the_earlier_one(tmp_pat
         (tmp_path / f"{name}.png").write_bytes(png_bytes(picture))
     root, out = Path(__file__).resolve().parents[2], tmp_path / "out"
     command = [sys.executable, "-m", "spectral_core.cli", "texture", "a.png", "b.png", "--out", "out", "--progress"]
+    command += ["--light", "D65", "--light", "HP1"]
     env = {**os.environ, "PYTHONPATH": str(root)}
-    subprocess.run(command, cwd=tmp_path, env=env, check=True, capture_output=True)
-    before = {each.name: each.read_bytes() for each in out.iterdir()}
-    with subprocess.Popen([*command, "--led-width", "40"], cwd=tmp_path, env=env, stdout=subprocess.PIPE) as process:
+    before = dict.fromkeys(("texture.exr", "lights.csv", "shown_1.png", "report.json"), b"of an earlier run")
+    out.mkdir()
+    for name, content in before.items():
+        (out / name).write_bytes(content)
+    with subprocess.Popen(command, cwd=tmp_path, env=env, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None
         while not process.stdout.readline().endswith(b"writing\n"):
             assert process.poll() is None

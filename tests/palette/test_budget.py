@@ -113,7 +113,7 @@ def test_dyes_are_designed_with_one_thread_of_blas(monkeypatch: pytest.MonkeyPat
         return 0.0, 1.0
 
     monkeypatch.setattr(FluorescentSpectra, "half_round", checked)
-    solve_fluorescent(palette(), {})
+    solve_fluorescent(palette(), {}, seconds=0.05)
     assert seen and set(seen) == {1}
 
 

@@ -85,7 +85,8 @@ def test_other_spectra_are_no_remedy_where_measured_ones_exclude_a_color() -> No
     lamp = PaletteLight(red, free=True, primaries=(red, blue))
     rows = ((Cell.fixed(OTHER, exact=True), ANY), (WARM, Cell.fixed((0.2, 0.0, 0.2))))
     problem = palette(rows)
-    solution = solve_palette(PaletteProblem(GRID, (problem.lights[0], lamp), problem.reflectances, rows))
+    whole = PaletteProblem(GRID, (problem.lights[0], lamp), problem.reflectances, rows)
+    solution = solve_palette(whole, seconds=0.3)
     assert solution.status == "exact_conflict"
     assert "its material and its light are measured" in solution.remedy
     assert "No lights and materials were found" not in solution.remedy

@@ -257,7 +257,7 @@ def test_the_best_color_in_a_box_under_a_metric_is_not_the_clipped_one(rng):
     block = Block(metric, np.zeros(3), metric, np.ones(3), np.zeros((0, 3)), np.zeros((3, 3)), np.zeros(3), np.ones(3))
     problem = Quadratic((block,), np.zeros((1, 3)), np.full((1, 3), 0.5), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     found = problem.best_colors([shown])
-    axis = np.linspace(0, 0.5, 51)
+    axis = np.linspace(0, 0.5, 26)
     grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     searched = min(problem.objective(problem.joined(color[None], [shown])) for color in grid)
     assert problem.objective(problem.joined(found, [shown])) <= searched + 1e-12

@@ -129,7 +129,7 @@ def test_an_edit_shows_the_compromise_of_a_new_solve() -> None:
     session = PaletteSession(PaletteProblem(SpectralGrid.uniform(400, 700, 10), tuple(lights), items, rows))
     session.edit((0, 1), Cell.constant((0, 0), exact=True))
     session.edit((1, 1), Cell.constant((1, 0)))
-    for blue in np.linspace(0.0, 0.5, 12):
+    for blue in np.linspace(0.0, 0.5, 7):
         session.edit((0, 2), Cell.fixed((0.4, 0.5 - blue, blue)))
         shown, anew = session.solution(), solve_palette(session.problem, explain=False)
         assert shown.status == anew.status == "exact_conflict"

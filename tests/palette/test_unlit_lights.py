@@ -32,8 +32,8 @@ def test_a_black_light_is_noted(cell, white) -> None:
 
 
 def test_a_light_that_is_needed_or_keeps_its_luminance_has_no_note() -> None:
-    needed = solve_palette(with_spare_light(Cell.fixed((0.5, 0.1, 0.1)), white_xyz=WHITE_XYZ))
-    held = solve_palette(with_spare_light(Cell.ignore(), white_xyz=WHITE_XYZ, luminance=2.0))
+    needed = solve_palette(with_spare_light(Cell.fixed((0.5, 0.1, 0.1)), white_xyz=WHITE_XYZ), seconds=0.3)
+    held = solve_palette(with_spare_light(Cell.ignore(), white_xyz=WHITE_XYZ, luminance=2.0), seconds=0.3)
     assert xyz_of(needed.illuminants[1])[1] > 0.1
     assert xyz_of(held.illuminants[1])[1] == pytest.approx(2.0, rel=1e-4)
     assert not [note for each in (needed, held) for note in each.notes if "black" in note]

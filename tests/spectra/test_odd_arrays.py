@@ -79,3 +79,18 @@ def test_text_is_no_number(text: object, require: Callable[..., object]) -> None
     with pytest.raises(InvalidInputError, match="size is .*, a text; expected a number, without quotes"):
         require("size", text, 0, 10)
     assert require("size", np.float32(5), 0, 10) == 5
+
+
+@pytest.mark.parametrize("wavelengths", ["blue", ["500 nm"], [500.0, None], [[500.0], [510.0, 520.0]], 5j, PARTLY])
+def test_what_is_no_wavelength_is_refused(wavelengths: object) -> None:
+    """The errors were those of NumPy; masked values and imaginary parts were dropped."""
+    for call in (Reflectance("paint", GRID, [0.1, 0.2, 0.3]).at, GRID.values_from_knots):
+        with pytest.raises(InvalidInputError, match="wavelengths (must be real numbers|holds 1 masked value)"):
+            call(wavelengths)  # type: ignore[arg-type]
+
+
+def test_a_matrix_of_wavelengths_has_values_but_no_rows() -> None:
+    points = np.array([[400.0, 450.0], [550.0, 610.0]])
+    assert Reflectance("paint", GRID, [0.1, 0.2, 0.3]).at(points) == pytest.approx(np.array([[0.1, 0.15], [0.25, 0.0]]))
+    with pytest.raises(InvalidInputError, match=r"wavelengths has shape \(2, 2\); expected a list of numbers, or one"):
+        GRID.values_from_knots(points)

@@ -62,6 +62,30 @@ def test_colors_outside_the_range_are_refused() -> None:
             upsample.upsampled(bad, NM)
 
 
+@pytest.mark.parametrize("bad", [[0.1, 0.2], 0.5, "red", [0.1, None, 0.2], [1j, 0, 0]])
+def test_what_is_no_color_of_a_light_is_refused(bad) -> None:
+    """The errors were those of NumPy, and some of these had an answer."""
+    white = catalogue.illuminant("D65")
+    for call in (upsample.is_outside, lambda color: upsample.light_tint(color, white, NM),
+                 lambda color: upsample.distance_from_light(color, white)):  # fmt: skip
+        with pytest.raises(InvalidInputError, match="color"):
+            call(bad)
+    with pytest.raises(InvalidInputError, match="not finite"):
+        upsample.light_tint([np.nan, 0.1, 0.1], white, NM)
+    with pytest.raises(InvalidInputError, match="the white is 'D65', of type str; expected a Spectrum"):
+        upsample.light_tint([1.0, 0.2, 0.1], "D65", NM)
+    with pytest.raises(InvalidInputError, match="wavelengths must be real numbers"):
+        upsample.light_tint([1.0, 0.2, 0.1], white, ["500 nm"])
+
+
+def test_each_color_is_compared_with_its_own_largest_channel() -> None:
+    """A saturated color beside a bright one was called a color of sRGB."""
+    saturated, bright = [0.5, -0.2, 0.1], [1000.0, 900.0, 800.0]
+    assert upsample.is_outside(saturated) and not upsample.is_outside(bright)
+    assert upsample.is_outside([[bright, bright], [bright, saturated]])
+    assert not upsample.is_outside(np.zeros((0, 3))) and not upsample.is_outside([1.0, -1e-5, 0.0])
+
+
 def test_no_renderer_is_imported() -> None:
     code = (
         "import sys; from spectral_core.spectra.upsample import upsampled; upsampled([0.2, 0.4, 0.1], [500.0]);"

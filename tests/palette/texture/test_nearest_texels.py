@@ -61,6 +61,7 @@ def test_pictures_without_contrast_are_gray(slope: float, floor: float, count: i
     rng = np.random.default_rng(2)
     pictures = [Picture(name, rng.integers(0, 256, (3, 5, 3), dtype=np.uint8)) for name in "ab"]
     lights = [illuminant("D65"), illuminant("HP1")]
-    design = design_texture(pictures, lights, floor=floor, slope=slope, count=count)
+    basis = design_basis(stimulus_matrix(lights), count, floor=floor, iterations=2)
+    design = design_texture(pictures, lights, floor=floor, slope=slope, basis=basis)
     for light in lights:
         np.testing.assert_allclose(design.texture.picture(light), floor, atol=1e-3)

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 from spectral_core.palette.texture.basis import design_basis
 from spectral_core.palette.texture.fit import Fitter
-from spectral_core.palette.texture.lights import design_lights
+from spectral_core.palette.texture.lights import design_lights, led_range
 from spectral_core.palette.texture.loss import _statistics
 from spectral_core.palette.texture.reach import stimulus_matrix
 from spectral_core.palette.texture.texture import Picture, design_texture, half_from_unit
@@ -34,6 +34,17 @@ def missed(matrix: np.ndarray, weights: np.ndarray, wanted: np.ndarray) -> np.nd
     return (shown - lab_from_linear_rgb(wanted.reshape(*wanted.shape[:-1], 2, 3))).reshape(wanted.shape)
 
 
+def missed_by(weights: np.ndarray, matrix: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    return missed(matrix, weights, wanted)
+
+
+def slopes(weights: np.ndarray, matrix: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Central differences of ``missed_by``, all at once."""
+    steps = 1e-6 * np.eye(weights.size)
+    many = np.broadcast_to(wanted, (weights.size, 6))
+    return (missed(matrix, weights + steps, many) - missed(matrix, weights - steps, many)).T / 2e-6
+
+
 @pytest.mark.parametrize(("lamp", "spectra", "excess"), [("HP1", 6, 0.05), ("HP1", 8, 0.15), ("FL11", 6, 0.05)])
 def test_colors_far_outside_are_as_near_as_those_of_a_bounded_search(lamp: str, spectra: int, excess: float) -> None:
     matrix = stimulus_matrix([illuminant("D65"), illuminant(lamp)])
@@ -47,7 +58,7 @@ def test_colors_far_outside_are_as_near_as_those_of_a_bounded_search(lamp: str, 
     worse = []
     for color, each in zip(wanted[:25], found, strict=False):
         best = min(
-            least_squares(lambda w, c=color: missed(matrix, w, c), start, bounds=(-1e-9, 1 + 1e-9)).cost
+            least_squares(missed_by, start, slopes, (-1e-9, 1 + 1e-9), "dogbox", args=(matrix, color)).cost
             for start in (np.full(spectra, 0.5), np.clip(each, 0.01, 0.99))
         )
         worse.append(np.linalg.norm(missed(matrix, each, color)) - np.sqrt(2 * best))
@@ -88,16 +99,6 @@ def test_half_floats_equal_those_of_numpy() -> None:
     assert stored.max() == 1
 
 
-def test_a_picture_without_details_has_no_ghost() -> None:
-    y, x = np.mgrid[0:60, 0:60] / 59
-    ramp = Picture("ramp", np.round(255 * np.stack([x, y, x * y], axis=-1)).astype(np.uint8))
-    noise = Picture("noise", np.random.default_rng(2).integers(0, 256, (60, 60, 3), dtype=np.uint8))
-    lights = design_lights(iterations=6).lights
-    design = design_texture([ramp, noise], lights, floor=0.05, slope=0.85)
-    assert max(loss.mean for loss in design.losses) < 0.1
-    assert max(loss.ghost for loss in design.losses) < 0.01
-
-
 @pytest.mark.parametrize("share", [0.0, 0.005, 0.3, 1.0])
 def test_statistics_are_those_of_all_texels(share: float) -> None:
     rng = np.random.default_rng(4)
@@ -109,18 +110,14 @@ def test_statistics_are_those_of_all_texels(share: float) -> None:
 
 def test_designs_do_not_depend_on_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """The tolerance is that of last digits, which depend on where the arrays lie in memory."""
-    plain = design_lights(iterations=4)
+    leds = led_range(20, step_nm=15)
+    plain = design_lights(leds, iterations=3)
     matrix = stimulus_matrix(plain.lights)
-    basis = design_basis(matrix, 6, floor=0.02, iterations=3)
+    basis = design_basis(matrix, 6, floor=0.02, iterations=2)
     hours = count()
     monkeypatch.setattr(time, "perf_counter", lambda: 3600.0 * next(hours))
-    again = design_lights(iterations=4)
+    again = design_lights(leds, iterations=3)
     assert again.slope == pytest.approx(plain.slope, rel=1e-6)
     assert again.starts == pytest.approx(plain.starts, rel=1e-6)
-    spectra = design_basis(matrix, 6, floor=0.02, iterations=3).spectra
+    spectra = design_basis(matrix, 6, floor=0.02, iterations=2).spectra
     np.testing.assert_allclose(spectra, basis.spectra, atol=1e-6)
-
-
-def test_a_low_floor_keeps_more_than_half_the_contrast() -> None:
-    basis = design_basis(stimulus_matrix(design_lights().lights), 6, floor=0.02)
-    assert basis.slope > 0.55  # 0.43 without the search from a higher floor

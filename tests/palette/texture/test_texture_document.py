@@ -14,6 +14,8 @@ pytest.importorskip("OpenEXR")
 from spectral_core import cli
 from spectral_core.documents import write_document
 from spectral_core.errors import FileFormatError, InvalidInputError
+from spectral_core.palette.texture import pinned
+from spectral_core.palette.texture.basis import design_basis
 from spectral_core.palette.texture.file import read_texture
 from spectral_core.palette.texture.project import TextureProject, TextureSettings, document_of, read_project
 from spectral_core.palette.texture.realism import DAYLIGHT_SHARES, LED_WIDTHS_NM, realism_cost, white_differences
@@ -51,6 +53,15 @@ def vars_of(settings: TextureSettings) -> dict:
     return {name: getattr(settings, name) for name in TextureSettings.__dataclass_fields__}
 
 
+@pytest.fixture
+def few_iterations(monkeypatch):
+    """Short searches: how good the spectra are does not matter here."""
+    monkeypatch.setattr(pinned, "RESTARTS", 1)
+    monkeypatch.setattr(pinned, "TRIALS", 80)
+    monkeypatch.setitem(design_basis.__kwdefaults__, "iterations", 3)
+
+
+@pytest.mark.usefixtures("few_iterations")
 def test_design_and_texture_give_equal_results_for_a_document_with_a_wanted_color(tmp_path, pictures, capsys) -> None:
     text = (
         'format = "spectral-scene texture"\nversion = 1\npictures = ["picture1.png"]\nlights = ["D65", "A"]\n'
@@ -70,6 +81,7 @@ def test_design_and_texture_give_equal_results_for_a_document_with_a_wanted_colo
     assert {each["observer"] for each in report["whites"]} >= {"cie_1964_10deg", "cie_2015_10deg"}
 
 
+@pytest.mark.usefixtures("few_iterations")
 def test_the_command_prints_its_progress(tmp_path, pictures, capsys) -> None:
     words = ["texture", *map(str, pictures), "--light", "D65", "--light", "HP1", "--exact", "--progress"]
     assert cli.main([*words, "--out", str(tmp_path / "o")]) == 0

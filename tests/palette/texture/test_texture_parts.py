@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.texture import texture as module
+from spectral_core.palette.texture.basis import design_basis
 from spectral_core.palette.texture.fit import Fitter
 from spectral_core.palette.texture.project import TextureSettings
 from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, reachable_scales, stimulus_matrix
@@ -198,6 +199,9 @@ def test_arguments_of_a_design_that_nothing_can_follow_are_refused() -> None:
             design_texture(pictures, [D65, HP1], **arguments)
     with pytest.raises(InvalidInputError, match="no mapping of TextureSettings is named 'exact'"):
         TextureSettings(mapping="exact")  # type: ignore[arg-type]
-    first = design_texture(pictures, [D65, HP1], importance=(2.0, 1.0))
-    second = design_texture(pictures, [D65, HP1], importance=np.array([2.0, 1.0]), basis=first.basis)
+    basis = design_basis(stimulus_matrix([D65, HP1]), 6, iterations=1)
+    first, second = (
+        design_texture(pictures, [D65, HP1], importance=each, basis=basis)
+        for each in ((2.0, 1.0), np.array([2.0, 1.0]))
+    )
     np.testing.assert_array_equal(first.texture.weights, second.texture.weights)
