@@ -87,9 +87,7 @@ def test_lit_volumes_are_relit_exactly(kinds, sky, lighting):
     factors = 10.0 ** RANDOM.uniform(-2, 2, len(lights))
     tints = RANDOM.uniform(0.05, 1.0, (len(lights), 3))
     if sky:
-        factors[-1] = tints[-1] = (
-            1.0  # the light of GLOW counts to that of the group "area", which is the first by name
-        )
+        factors[-1] = tints[-1] = 1.0  # the first group by name has the light that the volume emits
     stronger = tuple(
         replace(changed(light, factor), color=Color(tint))
         for light, factor, tint in zip(lights, factors, tints, strict=True)
