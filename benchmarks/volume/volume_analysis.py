@@ -103,9 +103,9 @@ GAUSSIANS: dict[str, Function] = {
 }
 
 
-def edge_figures(f: Function, nu: float) -> dict[str, float]:
-    """Slopes of the cone, and the decay of the kernel at ``nu`` beyond the Airy edge."""
-    signal = SampledFunction.of(f, -1, 2, 1 << 17)
+def edge_figures(f: Function, nu: float, count: int) -> dict[str, float]:
+    """Slopes of the cone, and the decay of the kernel at ``nu`` beyond the Airy edge, from ``count`` samples."""
+    signal = SampledFunction.of(f, -1, 2, count)
     kernel = frequency_transfer_kernel(signal, [nu])
     power = np.abs(kernel.values[0]) ** 2
     lower, upper = cone_edges(signal)
@@ -132,7 +132,8 @@ def run(options: Options) -> dict[str, Any]:
     pictures = parser.parse_args(options.extra).pictures
     count = 1024 if options.quick else 8192
     cases = {name: case_figures(f, g, count) for name, (f, g) in CASES.items()}
-    edges = {name: edge_figures(f, 300.0 if options.quick else 2000.0) for name, f in GAUSSIANS.items()}
+    edge = (300.0, 1 << 14) if options.quick else (2000.0, 1 << 17)
+    edges = {name: edge_figures(f, *edge) for name, f in GAUSSIANS.items()}
     _print(cases, edges)
     make_folder(pictures)
     written = drawings.write(pictures, two_tones, slow_tone, raised_cosine, GAUSSIANS, dpi=40 if options.quick else 130)

@@ -230,6 +230,7 @@ def _render(
     path: Path,
     lights: Sequence[Illuminant],
 ) -> dict[str, Any]:
+    from spectral_core.cli.shared.volume_report import report, why_empty
     from spectral_core.volume.plan import plan
     from spectral_core.volume.renderer import VolumeRenderer
     from spectral_core.volume.view import View
@@ -266,13 +267,10 @@ def _render(
     figures["pictures"] = _write_lights(lights, image, path)
     print(f"{image.samples:,} samples of non-zero opacity or emission, {image.steps:,} steps, {image.seconds:.3f} s")
     if not image.samples:
-        low, high = volume.data.min(), volume.data.max()
-        print(f"note: the picture is empty; the transfer function shows nothing of values from {low:g} to {high:g}")
+        print(f"note: the picture is empty; {why_empty(volume, transfer)}")
     for number, target in enumerate(figures["pictures"]):
         print(f"wrote {target}" + (f" ({lights[number].name})" if lights else ""))
     if arguments.report:
-        from spectral_core.cli.shared.volume_report import report
-
         figures["report"] = report(renderer, view, transfer, chosen, wanted)
     return figures
 

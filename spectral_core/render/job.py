@@ -161,10 +161,10 @@ class RenderJob:
 
     def _load_integrators(self, *, groups: bool) -> dict[str, Any]:
         """One integrator by light group. All groups share one, except where volumes emit light: the first group has
-        that light.
+        that light, the first by name, because the order of the lamps may change between two recordings.
         """
         surface = self._surface_integrator()
-        names = (list(self._loaded.switches) if groups else []) or [""]
+        names = (sorted(self._loaded.switches) if groups else []) or [""]
         if not self.scene.volumes:
             return dict.fromkeys(names, surface)
 

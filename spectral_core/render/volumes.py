@@ -13,6 +13,7 @@ from spectral_core.scene import Camera, Film, Note, Rays, Scene, VolumeObject
 from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.mitsuba_integrator.plugin import register_integrator
+from spectral_core.volume.mitsuba_integrator.scene_colors import in_even_light
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, integrator_dict, release
 from spectral_core.volume.view import View
 
@@ -25,6 +26,12 @@ _WIDEST = np.radians(120.0)
 WITHOUT_SHADOWS = (
     "its steps are chosen without shadows, since a sky or more than three lamps light it: the picture with shadows may "
     "have less than the wanted quality. Raise it if that matters"
+)
+
+
+OWN_LIGHT = (
+    "shines by itself, and the recording counts its light to light group {}, the first by name: that bulb dims and "
+    "colors it, too, while Apply to Lights leaves it as it is. Leave that bulb at 1 and at its light to keep it"
 )
 
 
@@ -81,6 +88,23 @@ def missed_qualities(integrator: Any) -> tuple[Note, ...]:
     return tuple(notes)
 
 
+def shining(scene: Scene) -> tuple[str, ...]:
+    """Names of the sampled volumes that emit light or are in even light, neither of which is that of a lamp."""
+    return tuple(
+        volume.name
+        for volume in scene.volumes
+        if any(
+            (require_lighting(volume) == "even" or not each.lit) and _has_light(each)
+            for each in volume.transfer.materials
+        )
+    )
+
+
+def _has_light(material: Any) -> bool:
+    strongest = max(material.extinction.max(), 0.0 if material.emission is None else material.emission.max())
+    return bool(strongest > 0.0 and np.any(material.color > 0.0))
+
+
 def view_of(camera: Camera, film: Film, volume: ScalarVolume) -> View:
     """The camera for the pilot rays of a volume: square pixels, no lens; flat, toward the volume, for a panorama."""
     frame = camera_frame(camera, film)
@@ -130,13 +154,21 @@ def _item(volume: VolumeObject, lighting: str, *, spectral: bool, own_light: boo
     The renderer's spectral radiance is per nm, and its sum over the observer's ȳ is luminance. ``spectral_core.volume``
     counts a flat spectrum of 1 as luminance 1; in the renderer's unit that is 1 / ∑ȳ. Reflected light of the scene has
     the light's unit.
+
+    ``lighting`` is the integrator's, that of the volume which asks for most. A volume in even light beside one that
+    lamps light shines in its colors; only volumes with shadows cast them.
     """
+    transfer = volume.transfer
+    if volume.lighting == "even" and lighting != "even":
+        transfer = in_even_light(transfer)
     unit = 1.0 / float(observer(STANDARD).cmfs[1].sum()) if spectral else 1.0
     own = unit if own_light else 0.0
-    gains = tuple(1.0 if m.lit and lighting != "even" else own for m in volume.transfer.materials)
+    gains = tuple(1.0 if m.lit and lighting != "even" else own for m in transfer.materials)
     field = ScalarVolume(volume.name, volume.data, volume.world_from_index)
     seen = ~volume.hidden_from
+    if volume.lighting != "shadows":
+        seen &= Rays.CAMERA
     scattered = bool(seen & (Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION))
     return SceneVolume(
-        field, volume.transfer, gains, volume.rule, bool(seen & Rays.CAMERA), bool(seen & Rays.SHADOW), scattered
+        field, transfer, gains, volume.rule, bool(seen & Rays.CAMERA), bool(seen & Rays.SHADOW), scattered
     )

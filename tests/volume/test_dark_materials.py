@@ -10,7 +10,9 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from benchmarks.volume.checks.oracle import march_oracle
+from spectral_core.cli.shared import volume_report
 from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.image import Stepping, VolumeImage
 from spectral_core.volume.plan import plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction
@@ -67,3 +69,22 @@ def test_a_black_volume_under_a_lamp_has_the_steps_that_its_opacity_needs():
     lamp = {"type": "point", "position": [30.0, 20.0, 40.0]}
     fields.prepare(View.around(volume, width=16, height=16), mi.load_dict({"type": "scene", "lamp": lamp}))
     assert math.isfinite(fields.plans[0].estimate_db) and fields.plans[0].is_reached
+
+
+def test_a_report_measures_what_black_smoke_hides():
+    """Its light is 0 in every picture, so that any step was said to be equal to the reference."""
+    images = [
+        VolumeImage(TransferFunction((soot(0.0),)), Stepping(), np.zeros((2, 2, 1)), np.full((2, 2), passed), 0.0)
+        for passed in (0.5, 0.6)
+    ]
+    judged = [volume_report._judged(each) for each in images]
+    assert volume_report._snr(*judged) == pytest.approx(10.0 * math.log10(0.5**2 / 0.1**2))
+    assert volume_report._snr(judged[0], judged[0]) == math.inf
+
+
+def test_an_empty_picture_is_explained():
+    """Rays beside a thin field were said to be a function that shows nothing of its values."""
+    volume = noise()
+    assert "no ray" in volume_report.why_empty(volume, TransferFunction((soot(0.0),)))
+    above = TransferFunction((Material("above", [2.0, 3.0], [0.0, 1.0], np.ones(3)),))
+    assert "shows nothing of values from 0 to 1" in volume_report.why_empty(volume, above)

@@ -46,34 +46,40 @@ def solid() -> TransferFunction:
     return TransferFunction((Material("solid", [0.4, 0.6], [0.0, 3.0], np.array([0.3, 0.5, 0.8])),))
 
 
-def rendered(
-    volume: ScalarVolume, transfer: TransferFunction, lamp: Lamp, **settings: Any
-) -> tuple[Any, np.ndarray, float]:
-    """The fields of the integrator, its picture, and the SNR of that against the one of NumPy."""
+def lit(volume: ScalarVolume, transfer: TransferFunction, lamp: Lamp, **settings: Any) -> LitScene:
     load("llvm_ad_rgb")
-    made = LitScene.of(volume, transfer, lamp, View.around(volume, 30.0, 25.0, width=SIZE, height=SIZE), **settings)
+    return LitScene.of(volume, transfer, lamp, View.around(volume, 30.0, 25.0, width=SIZE, height=SIZE), **settings)
+
+
+def shown(
+    volume: ScalarVolume, transfer: TransferFunction, lamp: Lamp, made: LitScene, exact: np.ndarray | None = None
+) -> tuple[float, np.ndarray]:
+    """SNR of the integrator's picture against that of NumPy, and the latter, which may be given."""
     picture, eye, along = made.at_centers()
-    wanted = lit_light(volume, transfer, lamp, eye, along)
-    return made.integrator.fields, picture, snr_db(wanted, picture - wanted)
+    exact = lit_light(volume, transfer, lamp, eye, along) if exact is None else exact
+    return snr_db(exact, picture - exact), exact
 
 
 @pytest.mark.parametrize(("function", "lamp"), [(soft, NEAR), (thin, SUN), (solid, SUN)])
 def test_a_lit_picture_has_the_wanted_quality(field, function, lamp):
-    fields, _, measured = rendered(field, function(), lamp, quality=ASKED_DB)
-    (made,) = fields.plans
-    assert made.is_reached
+    transfer = function()
+    made = lit(field, transfer, lamp, quality=ASKED_DB)
+    measured, exact = shown(field, transfer, lamp, made)
+    fields = made.integrator.fields
+    (chosen,) = fields.plans
+    assert chosen.is_reached
     assert measured > ASKED_DB - 1.5
-    assert measured == pytest.approx(made.estimate_db, abs=2.0)
+    assert measured == pytest.approx(chosen.estimate_db, abs=2.0)
     # Steps for even light, which were taken before, are too long for it.
     fields.prepare(View.around(field, 10.0, 25.0, width=SIZE, height=SIZE))
     (even,) = fields.plans
     way = {"rule": even.stepping.rule, "quadrature": even.stepping.quadrature, "scale": even.stepping.scale}
-    assert rendered(field, function(), lamp, **way)[2] < ASKED_DB - 3.0
+    assert shown(field, transfer, lamp, lit(field, transfer, lamp, **way), exact)[0] < ASKED_DB - 3.0
 
 
 def test_the_steps_of_a_volume_without_lamps_or_lit_materials_are_those_of_even_light(field):
     glow = Material("glow", [0.3, 1.0], [0.0, 0.5], np.array([0.1, 0.2, 0.4]), lit=False)
-    own, _, _ = rendered(field, TransferFunction((glow,)), SUN, quality=ASKED_DB)
+    own = lit(field, TransferFunction((glow,)), SUN, quality=ASKED_DB).integrator.fields
     mi = load("llvm_ad_rgb")
     made = integrator_dict([SceneVolume(field, TransferFunction((glow,)))], quality=ASKED_DB)
     even = mi.load_dict(made).fields
@@ -85,8 +91,8 @@ def test_the_steps_of_a_volume_without_lamps_or_lit_materials_are_those_of_even_
 
 def test_a_thin_surface_is_lit_where_it_is(field):
     """It lies anywhere in a step; the middle of the step is up to half a step beside it, and lit otherwise."""
-    _, _, measured = rendered(field, thin(), SUN, rule="cells", quadrature="preintegrated", scale=0.4)
-    assert measured > 35.0
+    made = lit(field, thin(), SUN, rule="cells", quadrature="preintegrated", scale=0.4)
+    assert shown(field, thin(), SUN, made)[0] > 35.0
 
 
 def test_the_mean_place_of_light_in_an_even_step():

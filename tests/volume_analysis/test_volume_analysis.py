@@ -273,6 +273,15 @@ def test_samples_at_the_ends_of_the_interval_count():
     assert samples.count_inside == 5
 
 
+def test_the_interpolant_is_the_sum_of_sincs_at_samples_between_them_and_beside_them():
+    values = np.random.default_rng(8).normal(size=12)
+    samples = RegularSamples(-0.5, 0.25, values, (0.0, 1.0))
+    x = np.array([[-0.5, -0.25, 0.0, 2.25], [0.01, 1e-12, -1e-9, 0.125], [-3.0, -0.6, 2.4, 9.1]])
+    expected = sum(value * np.sinc((x - place) / 0.25) for value, place in zip(values, samples.positions, strict=True))
+    np.testing.assert_allclose(samples(x), expected, rtol=0, atol=1e-13)
+    assert samples(0.3) == pytest.approx(float(np.sinc((0.3 - samples.positions) / 0.25) @ values), abs=1e-13)
+
+
 @pytest.mark.parametrize("name", ["spacing", "origin"])
 @pytest.mark.parametrize("given", [(1.0, 2.0), (1.0,), (1.0, 2.0, 3.0, 4.0)])
 def test_distances_are_one_number_or_one_per_axis(name: str, given: tuple[float, ...]) -> None:

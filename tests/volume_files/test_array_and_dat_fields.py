@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import nibabel
 import numpy as np
@@ -168,6 +169,19 @@ def test_nifti_axes(tmp_path: Path) -> None:
     nibabel.save(nibabel.Nifti1Image(VALUES.astype(np.complex64), np.eye(4)), tmp_path / "c.nii")
     with pytest.raises(InvalidInputError, match="colors or complex numbers"):
         read_volume(tmp_path / "c.nii")
+
+
+@pytest.mark.parametrize("kind", [nibabel.Nifti1Image, nibabel.Nifti2Image, nibabel.Nifti1Pair])
+def test_nifti_without_an_orientation_is_not_mirrored(tmp_path: Path, kind: Any) -> None:
+    """Both of its codes are 0: its coordinates are the indices times the sizes of its voxels."""
+    image = kind(VALUES, None)
+    image.header.set_zooms((1.0, 2.0, 20.0))
+    image.to_filename(tmp_path / "a.hdr" if kind is nibabel.Nifti1Pair else tmp_path / "a.nii")
+    (found,) = tmp_path.glob("a.[hn]*")
+    check(read_volume(found), VALUES, np.diag([1.0, 2.0, 20.0, 1.0]))
+    image.set_qform(np.diag([-1.0, 2.0, 20.0, 1.0]), 1)
+    image.to_filename(found)
+    check(read_volume(found), VALUES, np.diag([-1.0, 2.0, 20.0, 1.0]))
 
 
 @pytest.mark.parametrize(

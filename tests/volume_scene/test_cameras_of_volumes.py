@@ -44,16 +44,21 @@ def camera(**rest):
     return Camera(world_from_camera=matrix, **rest)
 
 
+@pytest.fixture(scope="module")
+def empty():
+    """The picture without a volume."""
+    return render_scene(Scene(camera=camera(), film=FILM, lights=(LAMP,))).pixels
+
+
 @pytest.mark.parametrize(
     ("middle", "lighting"),
     [((4, 0, 0), "even"), ((-4, 0, 0), "scene"), ((0, 4, 0), "shadows"), ((0, 0, 8), "scene")],
 )
-def test_volumes_beside_the_picture_show_nothing(middle, lighting):
+def test_volumes_beside_the_picture_show_nothing(empty, middle, lighting):
     """Those on its left and right ended the render with an error."""
     field = rough(middle)
     item = VolumeObject("v", field.data, field.world_from_index, preset("narrow", field), lighting=lighting)
     pixels = render_scene(Scene(camera=camera(), film=FILM, volumes=(item,), lights=(LAMP,))).pixels
-    empty = render_scene(Scene(camera=camera(), film=FILM, lights=(LAMP,))).pixels
     assert np.array_equal(pixels, empty)
 
 

@@ -122,7 +122,7 @@ def test_the_lights_of_the_scene_light_it_and_their_shares_add_up():
     place[:3, 3] = [0, 0, 2.0]
     lamps = tuple(
         PointLight(name=name, world_from_light=place, power_w=watts, group=name)
-        for name, watts in (("one", 40.0), ("two", 80.0))
+        for name, watts in (("two", 80.0), ("one", 40.0))
     )
     glow = Material("glow", [0.0, 2.0], [0.1, 0.1], np.array([0.2, 0.2, 0.9]), lit=False)
     paint = Material("paint", [0.0, 2.0], [DEPTH] * 2, COLOR)
@@ -132,14 +132,43 @@ def test_the_lights_of_the_scene_light_it_and_their_shares_add_up():
     shares = result.group_pixels
     total = sum(share[..., :3] for share in shares.values())
     assert np.abs(total - result.pixels[..., :3]).max() < 1e-5
-    # emission counts once; without it the second lamp gives twice the light of the first
-    dark = render_scene(scene(slab(TransferFunction((paint, glow)), "scene"), film=film))
-    own = mean_rgb(dark.pixels)
-    assert own[2] > 0.05
-    one, two = mean_rgb(shares["one"]), mean_rgb(shares["two"])
-    single = min(one - own, two, key=lambda rgb: rgb[0])
-    double = max(one - own, two, key=lambda rgb: rgb[0])
+    # emission counts once, to the first group by name; without it the second lamp gives twice the light of the first
+    own = 0.1 * glow.color * (1 - np.exp(-DEPTH - 0.1)) / (DEPTH + 0.1)
+    single, double = mean_rgb(shares["one"]) - own, mean_rgb(shares["two"])
     assert double / single == pytest.approx([2.0] * 3, rel=0.1)  # each step samples one lamp at random
+
+
+def test_a_volume_in_even_light_stays_so_beside_one_that_lamps_light():
+    """It was black without lamps, because the lighting of one volume was that of all."""
+    beside = replace(slab(constant(), "scene"), name="beside", world_from_index=np.diag([1e-3, 1e-3, 1e-3, 1.0]))
+    shown = render_scene(scene(slab(constant()), beside)).pixels
+    assert np.abs(shown[0, :, :3] - COLOR * OPACITY).max() < 2e-3
+
+
+@pytest.mark.parametrize("is_spectral", [False, True])
+def test_materials_that_shine_in_even_light_look_as_lit_ones(is_spectral):
+    from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
+    from spectral_core.volume.mitsuba_integrator.scene_colors import in_even_light
+
+    grid = SpectralGrid.uniform(380, 780, 5)
+    color = catalogue.reflectance("orange").resampled(grid).values if is_spectral else COLOR
+    lit = constant(color, wavelengths=grid.wavelengths_nm if is_spectral else None)
+    glow = replace(lit.materials[0], name="glow", lit=False)
+    both = replace(lit, materials=(*lit.materials, glow))
+    even = in_even_light(both)
+    assert not any(each.lit for each in even.materials)
+    np.testing.assert_allclose(display_matrix(even), display_matrix(both), atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("lighting", "expected"), [("even", (True, False)), ("scene", (True, False)), ("shadows", (True, True))]
+)
+def test_only_volumes_with_shadows_cast_them(lighting, expected):
+    from spectral_core.render.volumes import _item
+
+    made = _item(slab(constant(), lighting), "shadows", spectral=False, own_light=True)
+    assert (made.in_camera, made.in_shadow) == expected and made.in_bounces == made.in_shadow
+    assert [each.lit for each in made.transfer.materials] == [lighting != "even"]
 
 
 def test_a_volume_that_the_plan_omits_is_not_rendered():

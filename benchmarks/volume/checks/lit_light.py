@@ -99,16 +99,17 @@ class LitScene:
 
     @classmethod
     def of(cls, volume: ScalarVolume, transfer: TransferFunction, lamp: Lamp, view: View, **settings: Any) -> LitScene:
-        """Loaded and rendered once, with the integrator's ``settings``; Mitsuba's variant must be set."""
+        """Loaded and prepared, with the integrator's ``settings``; Mitsuba's variant must be set."""
         import mitsuba as mi
 
+        from spectral_core.volume.mitsuba_integrator.scene_fields import sensor_view
         from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, integrator_dict
 
         film = {"type": "hdrfilm", "width": view.width, "height": view.height, "rfilter": {"type": "box"}}
         made = integrator_dict([SceneVolume(volume, transfer)], shading=True, **settings)
         sensor = view.mitsuba_sensor() | {"film": film}
         scene = mi.load_dict({"type": "scene", "integrator": made, "sensor": sensor, "lamp": lamp.emitter()})
-        mi.render(scene, spp=1)
+        scene.integrator().fields.prepare(sensor_view(scene.sensors()[0]), scene)  # as a render does first
         return cls(scene, scene.integrator(), view)
 
     def at_centers(self) -> tuple[Array, Array, Array]:

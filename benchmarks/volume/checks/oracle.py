@@ -18,6 +18,8 @@ from spectral_core.volume.gradient import gradient_magnitude
 from spectral_core.volume.transfer import TransferFunction
 
 Array = NDArray[np.float64]
+_AT_ONCE = 1 << 14
+"""Places that are looked up at once: a few rays take as many steps together, which costs NumPy a tenth of the time."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +46,18 @@ def march_oracle(
     gradient = gradient_magnitude(volume) if transfer.uses_gradient else None
     amounts = np.zeros((len(origin), len(transfer.materials)))
     transmittance = np.ones(len(origin))
-    for i in range(count):
-        points = origin + (near + (i + 0.5) * width)[:, None] * along
+    block = max(1, _AT_ONCE // len(origin))
+    for i in range(0, count, block):
+        middles = np.arange(i, min(i + block, count)) + 0.5
+        points = (origin + (near + middles[:, None] * width)[..., None] * along).reshape(-1, 3)
         slopes = None if gradient is None else trilinear(gradient, points)
         extinction, source = transfer.curves(trilinear(volume, points), slopes)
-        depth = extinction.sum(-1) * width
+        depth = extinction.sum(-1).reshape(-1, len(origin)) * width
         gain = np.where(depth > 1e-12, -np.expm1(-depth) / np.maximum(depth, 1e-300), 1.0)
-        amounts += (transmittance * width * gain)[:, None] * source
-        transmittance = transmittance * np.exp(-depth)
+        after = transmittance * np.exp(-np.cumsum(depth, axis=0))
+        before = np.concatenate([transmittance[None], after[:-1]])
+        amounts += np.einsum("ij,ijk->jk", before * width * gain, source.reshape(*depth.shape, -1))
+        transmittance = after[-1]
     return OracleImage(amounts, transmittance)
 
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, VolumeImage, combine
 from spectral_core.volume.plan import Plan, plan
 from spectral_core.volume.renderer import VolumeRenderer
@@ -28,9 +29,9 @@ def report(
     # A two-dimensional function has no pre-integration table.
     quadrature: Literal["midpoint", "preintegrated"] = "midpoint" if transfer.uses_gradient else "preintegrated"
     finest = plan(renderer, view, transfer, aim, rule="uniform", quadrature=quadrature).stepping
-    reference = _picture(renderer.render(view, transfer, finest))
+    reference = _judged(renderer.render(view, transfer, finest))
     # Halve the step again: the change is the error of the reference itself, stated with the figures.
-    finer = _picture(renderer.render(view, transfer, replace(finest, scale=finest.scale / 2)))
+    finer = _judged(renderer.render(view, transfer, replace(finest, scale=finest.scale / 2)))
     own_db = _snr(finer, reference)
     ways = {"chosen": chosen.stepping}
     if chosen.stepping.rule != "uniform":
@@ -47,13 +48,23 @@ def report(
     return {"reference_db": own_db if math.isfinite(own_db) else None, **rows}
 
 
+def why_empty(volume: ScalarVolume, transfer: TransferFunction) -> str:
+    """Why a picture without samples has none."""
+    low, high = float(volume.data.min()), float(volume.data.max())
+    if transfer.shows(low, high):
+        return (
+            "no ray through the middle of a pixel meets what the transfer function shows: change --size or the camera"
+        )
+    return f"the transfer function shows nothing of values from {low:g} to {high:g}"
+
+
 def _row(
     renderer: VolumeRenderer, view: View, transfer: TransferFunction, way: Stepping, reference: Any
 ) -> dict[str, Any]:
     image = renderer.render(view, transfer, way, counts=True)
     # Counting takes time, and the first render of a type compiles: the time is the shortest of plain renders.
     seconds = min(renderer.render(view, transfer, way).seconds for _ in range(RUNS))
-    snr = _snr(reference, _picture(image))
+    snr = _snr(reference, _judged(image))
     return {
         "rule": way.rule,
         "quadrature": way.quadrature,
@@ -70,12 +81,18 @@ def _stated(snr_db: float | None) -> str:
     return "equal to it" if snr_db is None or not math.isfinite(snr_db) else f"{snr_db:6.1f} dB"
 
 
-def _picture(image: VolumeImage) -> Any:
+def _judged(image: VolumeImage) -> list[Any]:
+    """What has the stated quality: the picture and, if dark materials show by what they hide, the opacity."""
     from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 
-    return combine(image.amounts, display_matrix(image.transfer)).astype(np.float64)
+    picture = combine(image.amounts, display_matrix(image.transfer)).astype(np.float64)
+    return [picture, 1.0 - image.transmittance.astype(np.float64)] if image.transfer.has_dark else [picture]
 
 
-def _snr(signal: Any, other: Any) -> float:
-    noise, energy = float(np.sum((signal - other) ** 2)), float(np.sum(signal**2))
-    return math.inf if noise == 0 else -math.inf if energy == 0 else 10 * math.log10(energy / noise)
+def _snr(signals: list[Any], others: list[Any]) -> float:
+    """The lowest of the parts, as a plan states it."""
+    found = []
+    for signal, other in zip(signals, others, strict=True):
+        noise, energy = float(np.sum((signal - other) ** 2)), float(np.sum(signal**2))
+        found.append(math.inf if noise == 0 else -math.inf if energy == 0 else 10 * math.log10(energy / noise))
+    return min(found)

@@ -20,11 +20,10 @@ MOST_VOXELS = 1 << 21
 def error_of_volumes(scene: Scene, ways: float = 2.0) -> float:
     """ΔE2000 of omitting all sampled volumes; infinite where one is dense. ``ways``: of a path between surfaces."""
     share, light = 0.0, 0.0
-    lit_by_lamps = any(volume.lighting != "even" for volume in scene.volumes)  # one lights all, as in the renderer
     for volume in scene.volumes:
         box = placed(unit_box().positions, volume.world_from_index @ index_box(volume.data.shape))
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
-        depth, own, lit = (length * rate for rate in _rates(volume, lit_by_lamps))
+        depth, own, lit = (length * rate for rate in _rates(volume))
         if not depth <= DENSEST:
             return float("inf")
         share += ways * depth
@@ -41,7 +40,7 @@ def error_of_volumes(scene: Scene, ways: float = 2.0) -> float:
     return error_of_share(share) + error_of_light(light * scene.film.exposure)
 
 
-def _rates(volume: VolumeObject, lit_by_lamps: bool) -> tuple[float, float, float]:
+def _rates(volume: VolumeObject) -> tuple[float, float, float]:
     """Largest extinction, light of its own, and light that it reflects of an irradiance of 1, all per world unit."""
     few = np.size(volume.data) <= MOST_VOXELS
     low, high = (float(np.min(volume.data)), float(np.max(volume.data))) if few else (-np.inf, np.inf)
@@ -58,7 +57,7 @@ def _rates(volume: VolumeObject, lit_by_lamps: bool) -> tuple[float, float, floa
         raised = 1.0 if material.gradient_weights is None else float(material.gradient_weights.max())
         color = float(np.abs(material.color).max())
         taken += raised * extinction
-        if material.lit and lit_by_lamps:
+        if material.lit and volume.lighting != "even":
             lit += raised * source * color
         else:
             own += raised * source * color

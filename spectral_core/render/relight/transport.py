@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_kind, require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError, counted
-from spectral_core.render.light_groups import emits, is_black, is_of_world, light_groups, shines, world_varies
+from spectral_core.render.light_groups import (
+    emits,
+    group_text,
+    is_black,
+    is_of_world,
+    light_groups,
+    shines,
+    world_varies,
+)
 from spectral_core.render.plan.effects import plan_from_data
 from spectral_core.render.relight.groups import group_light, one_group_per_light
 from spectral_core.render.relight.memory import require_memory
@@ -21,6 +29,7 @@ from spectral_core.render.relight.storage import Storage, flat_light
 from spectral_core.render.relight.view_transform import ViewTransform
 from spectral_core.render.result import RenderResult
 from spectral_core.render.still import render_scene
+from spectral_core.render.volumes import OWN_LIGHT, shining
 from spectral_core.scene import (
     Color,
     Emission,
@@ -181,6 +190,7 @@ def record_transport(
     own_notes = [Note("Light Paths", CLAMPED)] if scene.settings.light_paths.clamps else []
     if storage.keeps_spectra and not plan_from_data(scene).is_spectral:
         own_notes.append(Note("Transport", IN_RGB))
+    own_notes += [Note(name, OWN_LIGHT.format(group_text(names[0]))) for name in shining(scene)]
     if wanted:
         result = render(recorded, groups=wanted if reused else True, bands=storage.measured(), **options)
         if result.status != "done":

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,16 @@ def _spectra(transfer: TransferFunction, light: str, bare: bool) -> tuple[float,
     own_light = np.ones_like(nm) if transfer.wavelengths_nm is not None else _white(nm, "D65")
     lights = [(np.ones_like(nm) if bare else _white(nm, light)) if m.lit else own_light for m in transfer.materials]
     return float(nm[0]), 1.0, colors * np.stack(lights)
+
+
+def in_even_light(transfer: TransferFunction) -> TransferFunction:
+    """The transfer function with materials that shine as its lit ones look in even, white light."""
+    known = transfer.wavelengths_nm
+    white = 1.0 if known is None else _white(known, "D65")
+    return replace(
+        transfer,
+        materials=tuple(replace(m, lit=False, color=m.color * white) if m.lit else m for m in transfer.materials),
+    )
 
 
 def _white(nm: Array, light: str) -> Array:

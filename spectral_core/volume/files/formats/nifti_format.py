@@ -61,7 +61,20 @@ def read(path: Path, request: ReadRequest) -> ScalarVolume:
     if array.dtype.kind not in "iufb":
         raise InvalidInputError(f"{path.name} holds {array.dtype} (colors or complex numbers); expected scalars")
     name = path.name.removesuffix(".gz")
-    return make_volume(Path(name).stem, array, np.asarray(image.affine, float), path)
+    return make_volume(Path(name).stem, array, _placement(image), path)
+
+
+def _placement(image: Any) -> NDArray[np.float64]:
+    """The file's affine; without one, of either code, the sizes of its voxels alone, as NIfTI's method 1 says.
+
+    nibabel would mirror the first axis there, by a custom of ANALYZE, which a file without an orientation does not ask
+    for.
+    """
+    header = image.header
+    codes = [int(header[key]) for key in ("qform_code", "sform_code") if key in header]
+    if codes and not any(codes):
+        return np.diag([*(float(size) for size in header.get_zooms()[:3]), 1.0])
+    return np.asarray(image.affine, float)
 
 
 def _values(image: Any) -> NDArray[Any]:
