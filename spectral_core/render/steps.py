@@ -11,16 +11,16 @@ FEW_PATHS = 1 << 17
 """Paths of a picture that takes some tenths of a second: recording another pass would take as long as tracing it."""
 
 
-def pass_sizes(scene: Scene) -> list[int]:
+def pass_sizes(scene: Scene, *, watched: bool = True) -> list[int]:
     """1, 3, 12, 48, … samples up to ``LARGEST_PASS`` per pass, all samples in total: an early picture, few passes.
 
     Each pass records its kernel, a second or two with many materials; a last pass of less than half the previous one is
-    merged with it. A small picture of surfaces has two passes.
+    merged with it. A small picture of surfaces has two passes, one where nobody has ``watched`` for the early picture.
     """
     width, height = scene.film.size
     samples = scene.film.samples
     if samples > 1 and width * height * samples <= FEW_PATHS and not scene.volumes:
-        return [1, samples - 1]
+        return [1, samples - 1] if watched else [samples]
     sizes, done = [1], 1
     while done < samples:
         size = min(3 * done, LARGEST_PASS, samples - done)

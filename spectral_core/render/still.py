@@ -115,7 +115,8 @@ def _traced(
         return _finished(_asked(job, scene, meter, on_progress, should_stop, bands), job, start)
     status: Literal["done", "cancelled"] = "done"
     affordable = scene.film.samples
-    left = pass_sizes(scene)
+    # each group records its kernel in each pass
+    left = pass_sizes(scene, watched=not groups and (on_progress is not None or should_stop is not None))
     while left:
         samples = min(left[0], affordable)
         left[:1] = [left[0] - samples] if left[0] > samples else []

@@ -28,6 +28,28 @@ def dial(stage):
 
 
 @pytest.fixture
+def without_rays(monkeypatch):
+    """Recordings of any numbers, at once, for tests that do not depend on the light; the groups that were asked for."""
+    from blender_addon import jobs
+    from spectral_core.render.light_groups import light_groups
+    from spectral_core.render.result import RenderResult
+
+    asked = []
+
+    def render(scene, *, groups, **_):
+        asked.append(groups)
+        width, height = scene.film.size
+        pixels = np.random.default_rng(len(asked)).random((height, width, 4), np.float32)
+        pixels[..., 3] = 1.0
+        names = light_groups(scene) if groups is True else groups
+        shares = {name: pixels * np.float32(number) for number, name in enumerate(names, 1)}
+        return RenderResult(pixels, None, (), scene.film.samples, 0.0, "done", "", group_pixels=shares)
+
+    monkeypatch.setattr(jobs, "render", render)
+    return asked
+
+
+@pytest.fixture
 def picture():
     """Pixels (height, width, 4) of the image that follows the dial."""
 

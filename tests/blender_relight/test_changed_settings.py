@@ -75,6 +75,7 @@ EDITS = {
 }
 
 
+@pytest.mark.usefixtures("without_rays")
 @pytest.mark.parametrize("edit", EDITS)
 def test_a_setting_that_changes_the_picture_is_reported(dial, stage, edit):
     from spectral_core.scene import scene_hash
@@ -95,6 +96,7 @@ def test_a_setting_that_changes_the_picture_is_reported(dial, stage, edit):
     assert dial.changes == ""
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_settings_of_noise_are_no_change(dial, stage):
     stage.spectral.render.samples, stage.spectral.render.seed = 5, 7
     stage.spectral.render.denoise = True
@@ -103,6 +105,7 @@ def test_settings_of_noise_are_no_change(dial, stage):
     assert dial.changes == ""
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_the_rendered_form_of_an_object_is_the_same_in_the_next_session(stage):
     _hair(stage)
     _subdivided(stage)
@@ -117,6 +120,7 @@ def test_the_rendered_form_of_an_object_is_the_same_in_the_next_session(stage):
     assert dial.changes == "the rendered form of object 'Ball' was changed"
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_recording_of_an_earlier_version_has_no_settings(dial, stage):
     import json
 

@@ -16,6 +16,7 @@ def test_a_recorded_scene_is_as_recorded(dial, stage):
     assert dial.changes == ""
 
 
+@pytest.mark.usefixtures("without_rays")
 @pytest.mark.parametrize("edit", ["moved", "dimmed", "painted", "added", "removed", "resized"])
 def test_an_edit_is_reported_on_the_dial(dial, stage, edit):
     if edit == "moved":
@@ -45,6 +46,7 @@ def test_an_edit_is_reported_on_the_dial(dial, stage, edit):
     assert dial.changes == ""
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_applying_the_dial_is_no_change_and_an_earlier_edit_is_reported(dial, stage):
     dial.selector = (0.4, 0.1)
     bpy.ops.spectral.dial_apply()
@@ -57,6 +59,7 @@ def test_applying_the_dial_is_no_change_and_an_earlier_edit_is_reported(dial, st
     assert "Key" not in dial.changes
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_change_survives_saving(dial, stage):
     bpy.data.objects["Key"].location.x += 1.0
     bpy.ops.wm.save_mainfile()
@@ -139,6 +142,7 @@ def test_a_lamp_that_is_disabled_in_renders_is_not_recorded(stage):
     assert dial.changes == "light 'Spare' was added"
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_lamp_that_was_hidden_in_the_viewport_while_recording_is_no_addition(stage):
     pytest.importorskip("mitsuba")
     bpy.data.objects["Key"].hide_set(True)

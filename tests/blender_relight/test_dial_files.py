@@ -13,6 +13,8 @@ bpy = pytest.importorskip("bpy")
 from blender_addon.editing.dial import kept_mix, live, recording  # noqa: E402
 from blender_addon.editing.dial.paths import transport_path  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("without_rays")
+
 
 def shown(scene):
     """The picture of the dial's present mix."""

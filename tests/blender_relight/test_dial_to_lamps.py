@@ -176,6 +176,7 @@ def action_strip():
     return "Key"
 
 
+@pytest.mark.usefixtures("without_rays")
 @pytest.mark.parametrize("animate", [world_strength, driven_emission, action_strip])
 def test_animated_strengths_are_named(stage, dial, animate):
     from blender_addon.operators.dial_apply import _animated
@@ -186,6 +187,7 @@ def test_animated_strengths_are_named(stage, dial, animate):
     assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_saved_animation_returns_to_the_moment_between_two_frames(stage, dial, tmp_path):
     stage.frame_start, stage.frame_end = 1, 2
     stage.frame_set(2, subframe=0.5)
@@ -193,6 +195,7 @@ def test_a_saved_animation_returns_to_the_moment_between_two_frames(stage, dial,
     assert (stage.frame_current, stage.frame_subframe) == (2, 0.5)
 
 
+@pytest.mark.usefixtures("without_rays")
 @pytest.mark.parametrize(("name", "files"), [
     ("walk_##_é.png", ["walk_01_é.png", "walk_02_é.png"]), ("####.exr", ["0001.exr", "0002.exr"]),
     ("a b.png", ["a b0001.png", "a b0002.png"]),
@@ -206,6 +209,7 @@ def test_marks_in_the_name_are_the_number_of_the_frame(stage, dial, tmp_path, ca
     assert f"{files[0]} and 1 more" in capfd.readouterr().out, "the message names a file that exists"
 
 
+@pytest.mark.usefixtures("without_rays")
 @pytest.mark.parametrize("moves", [False, True])
 def test_a_saved_animation_of_a_scene_that_moves_says_that_it_does_not(stage, dial, tmp_path, capfd, moves):
     """All frames show the recorded one; a video of a still scene was the first sign."""
@@ -223,6 +227,7 @@ def test_a_saved_animation_of_a_scene_that_moves_says_that_it_does_not(stage, di
     assert dial.changes == "" and stage.frame_current == 1
 
 
+@pytest.mark.usefixtures("without_rays")
 @pytest.mark.parametrize("dark", [False, True])
 def test_lights_that_apply_made_dark_are_named_by_the_next_recording(stage, dial, capfd, dark):
     dial.selector = dial.bulbs["Key"].place if dark else (0.3, 0.1)
@@ -234,6 +239,7 @@ def test_lights_that_apply_made_dark_are_named_by_the_next_recording(stage, dial
     assert len(stage.spectral.dial.bulbs) == (1 if dark else 4)
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_lamps_that_apply_made_dark_stay_dark_if_the_next_one_fails(stage, dial):
     dial.selector = dial.bulbs["Key"].place
     bpy.ops.spectral.dial_apply()

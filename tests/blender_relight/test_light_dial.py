@@ -63,6 +63,7 @@ def test_a_selector_on_a_bulb_shows_that_light_alone(stage, dial, picture, f12):
     assert alone[..., :3].mean() == pytest.approx(f12()[..., :3].mean(), rel=0.1)
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_keyframed_selector_moves_the_picture_with_the_frames(dial, picture, stage, tmp_path):
     first, second = dial.bulbs[0].place[:], dial.bulbs[1].place[:]
     for frame, place in ((1, first), (5, second)):
@@ -84,6 +85,7 @@ def test_a_keyframed_selector_moves_the_picture_with_the_frames(dial, picture, s
     assert sorted(path.name for path in tmp_path.glob("walk_*.png")) == [f"walk_{k:04d}.png" for k in (1, 2, 3)]
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_all_bulbs_off_is_dark_and_is_reported(dial, picture):
     for bulb in dial.bulbs:
         bulb.is_on = False
@@ -93,6 +95,7 @@ def test_all_bulbs_off_is_dark_and_is_reported(dial, picture):
     np.testing.assert_allclose(np.hypot(*np.array([bulb.place for bulb in dial.bulbs]).T), 1.0, rtol=1e-6)
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_the_dial_is_saved_and_loaded(dial, picture):
     dial.selector = (0.25, 0.5)
     dial.bulbs[0].is_on = False
@@ -105,6 +108,7 @@ def test_the_dial_is_saved_and_loaded(dial, picture):
     np.testing.assert_array_equal(picture(), before)
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_truncated_transport_or_one_of_another_scene_is_refused(dial, tmp_path):
     path = Path(bpy.data.filepath).with_suffix(".transport.exr")
     good = path.read_bytes()
@@ -123,6 +127,7 @@ def test_a_truncated_transport_or_one_of_another_scene_is_refused(dial, tmp_path
         bpy.ops.spectral.dial_load(filepath=str(kept))
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_shared_lamps_are_copied_when_they_are_applied(stage, dial):
     twin = bpy.data.objects.new("Twin", bpy.data.objects["Key"].data)
     stage.collection.objects.link(twin)
@@ -132,6 +137,7 @@ def test_shared_lamps_are_copied_when_they_are_applied(stage, dial):
     assert twin.data.energy == pytest.approx(200.0) and twin.data != bpy.data.objects["Key"].data
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_deleted_light_is_reported_and_nothing_is_written(dial):
     bpy.data.objects.remove(bpy.data.objects["Key"])
     dial.selector = (0.3, 0.2)
@@ -140,6 +146,7 @@ def test_a_deleted_light_is_reported_and_nothing_is_written(dial):
     assert bpy.data.objects["Fill"].data.energy == pytest.approx(80.0)
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_light_that_is_deleted_in_a_view_is_reported_and_leaves_the_file(stage, dial, tmp_path):
     """The reference of its bulb kept it in the file, and Apply reported that its power was written."""
     key = bpy.data.objects["Key"]
@@ -161,6 +168,7 @@ def test_a_light_that_is_deleted_in_a_view_is_reported_and_leaves_the_file(stage
     assert {kept.owner for kept in bulbs(dial)["Ball"].members} == {bpy.data.objects["Ball"]}
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_bake_creates_one_light_with_the_mixed_spectrum(stage, dial):
     from blender_addon.translate.spectra.stored import spectrum_of
     from spectral_core.spectra.color import linear_rgb_from_xyz
@@ -215,6 +223,7 @@ def test_light_groups_of_blender_and_lamps_in_bands_storage(stage, picture, f12)
     np.testing.assert_allclose(picture()[..., :3].mean(axis=(0, 1)), rendered[..., :3].mean(axis=(0, 1)), rtol=0.15)
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_path_of_a_foreign_file_is_not_overwritten_and_the_recording_is_kept(dial, picture, tmp_path):
     victim = tmp_path / "thesis.exr"
     victim.write_text("three years of work")

@@ -100,6 +100,7 @@ def test_a_group_of_a_lamp_and_another_light_is_applied_whole(stage, picture, sa
     assert np.abs(same_paths()[..., :3] - shown).max() < 1e-5 * shown.max()
 
 
+@pytest.mark.usefixtures("without_rays")
 @pytest.mark.parametrize(
     ("source", "named"),
     [(set_by_geometry_nodes, "'Extra'"), (color_as_surface, "'Glow'"), (color_as_world, "'World'")],
@@ -155,6 +156,7 @@ def test_an_instance_of_a_light_is_as_bright_as_the_light(stage, instances, pict
     assert same_paths()[..., :3] == pytest.approx(picture()[..., :3], rel=1e-4, abs=1e-6)
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_an_instance_of_a_lamp_that_apply_made_dark_is_no_change(stage, instances):
     instances("Key")
     dial = stage.spectral.dial
@@ -182,6 +184,7 @@ def test_an_instance_of_a_lamp_has_its_spectrum(stage, instances):
     assert bpy.ops.spectral.dial_apply() == {"FINISHED"}
 
 
+@pytest.mark.usefixtures("without_rays")
 def test_a_baked_lamp_is_where_the_instance_of_the_lamp_is(stage, instances):
     """A lamp that only instances of its collection show is not at the place of its own object."""
     light, instance = (stage.spectral.dial.bulbs[each] for each in instances("Key"))

@@ -12,6 +12,8 @@ from blender_addon.editing.dial import kept_mix  # noqa: E402
 from blender_addon.editing.dial.paths import transport_path  # noqa: E402
 from tests.blender_relight.test_dial_files import shown  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("without_rays")
+
 
 def test_recordings_of_two_scenes_are_two_files(stage, dial):
     first, before = transport_path(dial), shown(stage)

@@ -8,10 +8,11 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from blender_addon import jobs  # noqa: E402
 from blender_addon.drawing import dial_labels  # noqa: E402
 from blender_addon.editing.dial import kept_mix  # noqa: E402
 from blender_addon.editing.dial.names import name_of  # noqa: E402
+
+pytestmark = pytest.mark.usefixtures("without_rays")
 
 
 def names(dial):
@@ -21,10 +22,6 @@ def names(dial):
 def changes(dial):
     bpy.ops.spectral.dial_check()
     return dial.changes
-
-
-def renders():
-    return [entry for entry in jobs.records if entry.status == "done"]
 
 
 def test_a_rename_is_no_change_and_the_bulb_follows(dial, stage):
@@ -88,7 +85,7 @@ def instanced(stage):
     return stage.spectral.dial
 
 
-def test_instances_follow_the_new_name_of_their_lamp(instanced, stage):
+def test_instances_follow_the_new_name_of_their_lamp(instanced, stage, without_rays):
     """'Key' was removed, and 'Main #2' was added."""
     key, fill = bpy.data.objects["Key"], bpy.data.objects["Fill"]
     assert "Key #2" in names(instanced)
@@ -105,9 +102,9 @@ def test_instances_follow_the_new_name_of_their_lamp(instanced, stage):
     assert changes(instanced) == "light 'Main' was changed, light 'Main #2' was changed"
     key.data.energy /= 2
     place = instanced.bulbs["Key #2"].place = (0.3, 0.4)
-    jobs.records.clear()
+    without_rays.clear()
     assert bpy.ops.spectral.dial_record(only_changed=True) == {"FINISHED"}
-    assert not renders()  # no light had changed
+    assert not without_rays  # no light had changed
     assert tuple(instanced.bulbs["Main #2"].place) == pytest.approx(place)
     assert changes(instanced) == ""
 
@@ -127,12 +124,12 @@ def test_a_mixture_is_applied_to_a_renamed_lamp(dial, stage):
     assert changes(dial) == ""
 
 
-def test_only_what_changed_is_recorded_after_a_rename(dial, stage):
+def test_only_what_changed_is_recorded_after_a_rename(dial, stage, without_rays):
     bpy.data.objects["Key"].name = "Zenith"  # the last of the sorted names
     dial.bulbs[[bulb.name for bulb in dial.bulbs].index("Key")].place = (0.1, 0.7)
-    jobs.records.clear()
+    without_rays.clear()
     assert bpy.ops.spectral.dial_record(only_changed=True) == {"FINISHED"}
-    assert not renders()  # no light had changed
+    assert not without_rays  # no light had changed
     assert [bulb.name for bulb in dial.bulbs] == sorted(bulb.name for bulb in dial.bulbs)
     assert tuple(kept_mix.live_mix(stage).transport.groups) == tuple(bulb.name for bulb in dial.bulbs)
     assert tuple(dial.bulbs["Zenith"].place) == pytest.approx((0.1, 0.7))
@@ -148,7 +145,7 @@ def test_only_what_changed_is_recorded_after_a_rename(dial, stage):
     assert changes(dial) == ""
 
 
-def test_linked_light_follows_a_rename(stage):
+def test_linked_light_follows_a_rename(stage, without_rays):
     """Objects state by name which lamps do not light them."""
     only = bpy.data.collections.new("only")
     only.objects.link(bpy.data.objects["Plane"])
@@ -156,9 +153,9 @@ def test_linked_light_follows_a_rename(stage):
     bpy.ops.spectral.dial_record()
     bpy.data.objects["Key"].name = "Main"
     assert changes(stage.spectral.dial) == ""
-    jobs.records.clear()
+    without_rays.clear()
     assert bpy.ops.spectral.dial_record(only_changed=True) == {"FINISHED"}
-    assert not renders()
+    assert not without_rays
 
 
 def test_bulbs_of_light_groups_keep_the_names_of_the_groups(stage):

@@ -117,3 +117,19 @@ def test_an_edited_sky_is_that_of_a_new_view(drawn, name):
     if name == "rays":
         updated(drawn, lambda _stage: bpy.context.scene.world.update_tag())
     same_as_drawn_anew(drawn)
+
+
+def test_a_color_for_another_type_of_ray_is_that_of_a_new_view(drawn):
+    """What the camera and diffuse rays meet stays the same; the view kept the world of before the edit."""
+    tree, path = drawn.tree, drawn.tree.nodes.new("ShaderNodeLightPath")
+    red, mixed = tree.nodes.new("ShaderNodeBackground"), tree.nodes.new("ShaderNodeMixShader")
+    red.inputs[0].default_value = (1.0, 0.0, 0.0, 1.0)
+    for output, place in (
+        (background().outputs[0], mixed.inputs[1]), (red.outputs[0], mixed.inputs[2]),
+        (mixed.outputs[0], next(n for n in tree.nodes if n.type == "OUTPUT_WORLD").inputs["Surface"]),
+    ):  # fmt: skip
+        tree.links.new(output, place)
+    for rays in ("Is Glossy Ray", "Is Transmission Ray"):
+        tree.links.new(path.outputs[rays], mixed.inputs[0])
+        updated(drawn)
+    same_as_drawn_anew(drawn)

@@ -17,7 +17,7 @@ from spectral_core.render.relight.exact_storage import ExactStorage
 from spectral_core.render.relight.mix import LiveMix, relight
 from spectral_core.render.relight.sampling import SAMPLING_LIGHTS
 from spectral_core.render.relight.storage import MixtureStorage
-from spectral_core.render.relight.transport import record_transport
+from spectral_core.render.relight.transport import Transport, record_transport
 from spectral_core.render.relight.transport_file import is_transport, read_transport, write_transport
 from spectral_core.scene import (
     Film,
@@ -58,13 +58,29 @@ def test_exact_storage_equals_rendering_with_new_spectra(scene: Scene) -> None:
         assert relative_error(alone, rendered.group_pixels[group]) < 1e-5
 
 
-@pytest.mark.parametrize("count", [31, 121])
-def test_bands_have_a_small_error_for_smooth_lights(scene: Scene, count: int) -> None:
+@pytest.fixture(scope="module")
+def bands(scene: Scene) -> Transport:
+    """A recording of the fewest bands."""
+    return record_transport(scene, BandStorage(31))
+
+
+@pytest.fixture(scope="module")
+def small(scene: Scene) -> Scene:
+    return replace(scene, film=Film(8, 6, samples=2))
+
+
+@pytest.fixture(scope="module")
+def transports(small: Scene) -> list[Transport]:
+    """Small recordings of each kind."""
+    return [record_transport(small, storage) for storage in (MixtureStorage(), BandStorage(31), ExactStorage(GRID))]
+
+
+def test_bands_have_a_small_error_for_smooth_lights(scene: Scene, bands: Transport) -> None:
     """Compares the mean color of the picture, because the noise of a band in a pixel differs from that of the light."""
     lights = {name: catalogue.illuminant("A") for name in ("Key", "Fill", "Sky")}
     lit = under_lights(replace(scene, settings=replace(scene.settings, transport="spectral")), lights)
     rendered = render_scene(lit, sampling_lights=SAMPLING_LIGHTS).pixels.mean(axis=(0, 1))
-    relit = relight(record_transport(scene, BandStorage(count)), lights=lights).mean(axis=(0, 1))
+    relit = relight(bands, lights=lights).mean(axis=(0, 1))
 
     np.testing.assert_allclose(relit, rendered, rtol=0.01)
 
@@ -87,10 +103,9 @@ def test_lights_without_a_new_spectrum_emit_as_in_the_scene(scene: Scene) -> Non
         relight(mixed)
 
 
-def test_files_are_read_back_to_the_bit(scene: Scene, tmp_path: Path) -> None:
-    small = replace(scene, film=Film(8, 6, samples=2))
-    for storage in (MixtureStorage(), BandStorage(31), ExactStorage(GRID)):
-        transport = record_transport(small, storage)
+def test_files_are_read_back_to_the_bit(small: Scene, transports: list[Transport], tmp_path: Path) -> None:
+    for transport in transports:
+        storage = transport.storage
         path = tmp_path / f"{storage.kind}.exr"
         write_transport(path, transport)
         back = read_transport(path, scene_hash=scene_hash(small))
@@ -103,11 +118,11 @@ def test_files_are_read_back_to_the_bit(scene: Scene, tmp_path: Path) -> None:
         np.testing.assert_allclose(relight(back, mix={"Key": 0}), expected, rtol=1e-6, atol=1e-7)
 
 
-def test_truncated_edited_and_other_files_are_refused(scene: Scene, tmp_path: Path) -> None:
+def test_truncated_edited_and_other_files_are_refused(transports: list[Transport], tmp_path: Path) -> None:
     import OpenEXR
 
     path = tmp_path / "transport.exr"
-    write_transport(path, record_transport(replace(scene, film=Film(8, 6, samples=1)), MixtureStorage()))
+    write_transport(path, transports[0])
     whole = path.read_bytes()
 
     with pytest.raises(FileFormatError, match="was recorded from another scene"):
@@ -137,9 +152,8 @@ def test_truncated_edited_and_other_files_are_refused(scene: Scene, tmp_path: Pa
         read_transport(path)
 
 
-def test_errors_for_unknown_names_list_the_known_ones(scene: Scene) -> None:
-    transport = record_transport(replace(scene, film=Film(4, 4, samples=1)), MixtureStorage())
-
+def test_errors_for_unknown_names_list_the_known_ones(transports: list[Transport]) -> None:
+    transport = transports[0]
     with pytest.raises(UnknownNameError, match="no light group of this transport is named 'Kay'; did you mean 'Key'"):
         relight(transport, mix={"Kay": 1.0})
     unnamed = replace(transport, groups=("",), channels=transport.channels[:1], lights=transport.lights[:1])
@@ -159,12 +173,10 @@ def test_errors_for_unknown_names_list_the_known_ones(scene: Scene) -> None:
         BandStorage(40)
 
 
-def test_memory_is_stated_before_rendering(scene: Scene) -> None:
+def test_memory_is_stated_before_rendering(transports: list[Transport]) -> None:
     """The stated size equals that of the arrays, to the byte."""
-    small = replace(scene, film=Film(10, 7, samples=1))
-    for storage in (MixtureStorage(), BandStorage(31), ExactStorage(GRID)):
-        transport = record_transport(small, storage)
-        assert storage.bytes_needed(10, 7, 3) == transport.channels.nbytes + transport.coverage.nbytes
+    for transport in transports:
+        assert transport.storage.bytes_needed(8, 6, 3) == transport.channels.nbytes + transport.coverage.nbytes
     assert "829 MB" in MixtureStorage().describe(3840, 2160, 8)
 
 
@@ -182,8 +194,8 @@ def test_a_recording_too_large_for_memory_is_refused_with_one_that_fits(scene, m
         record_transport(scene, storage, render=lambda *_, **__: pytest.fail("it must not render"))
 
 
-def test_a_colored_light_keeps_its_brightness_when_relit_from_bands(scene):
+def test_a_colored_light_keeps_its_brightness_when_relit_from_bands(scene, bands):
     """A light's color dims it; the relit light has the same luminance, not that of white."""
     rendered = render_scene(replace(scene, settings=replace(scene.settings, transport="spectral"))).pixels
-    relit = relight(record_transport(scene, BandStorage(31)))
+    relit = relight(bands)
     assert relit[..., :3].mean() == pytest.approx(rendered[..., :3].mean(), rel=0.05)

@@ -203,5 +203,5 @@ def test_a_small_picture_has_two_passes_and_a_large_one_more():
         for size in ((40, 30), (320, 200))
     )
     assert 40 * 30 * 64 <= FEW_PATHS < 320 * 200 * 64
-    assert pass_sizes(small) == [1, 63]
-    assert pass_sizes(large) == [1, 3, 12, 48]
+    assert pass_sizes(small) == [1, 63] and pass_sizes(small, watched=False) == [64]
+    assert pass_sizes(large) == pass_sizes(large, watched=False) == [1, 3, 12, 48]

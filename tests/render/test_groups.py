@@ -97,8 +97,19 @@ def test_passes_do_not_change_the_pixels(monkeypatch):
 
     scene = _many_lights()
     whole = render_scene(scene).pixels
-    monkeypatch.setattr(still, "pass_sizes", lambda scene: [7, scene.film.samples - 7])
+    monkeypatch.setattr(still, "pass_sizes", lambda scene, **_: [7, scene.film.samples - 7])
     np.testing.assert_allclose(render_scene(scene).pixels, whole, rtol=1e-6, atol=1e-7)
+
+
+def test_a_small_picture_of_groups_is_traced_once(monkeypatch):
+    """Each pass records the kernel of each group anew, which took most of the time of a small recording."""
+    from spectral_core.render.trace.accumulate import Accumulator
+
+    traced, usual = [], Accumulator.add
+    monkeypatch.setattr(Accumulator, "add", lambda *given: traced.append(given[-1]) or usual(*given))
+    scene = _many_lights()
+    render_scene(scene, groups=True, on_progress=lambda _: None)
+    assert traced and set(traced) == {scene.film.samples}
 
 
 def test_tiles_do_not_leave_seams(monkeypatch):

@@ -142,13 +142,13 @@ def world_light(
     is_shown = is_seen and not translation.scene.render.film_transparent
     framed = in_frame(camera, looks[0]) if is_shown else None
     programs = [along_rays(radiance, look) for look in looks]
+    asking = None if asks is None else along_rays(radiance, asks)
 
     def make() -> WorldLight:
         terms = []
         for look, program in zip(looks, programs, strict=True):
             judged = [everywhere(), *([] if framed is None or (tells and not look.camera) else [framed])]
-            of_rays = None if asks is None or look.camera else along_rays(radiance, asks)
-            terms.append(_drawn(reader, program, rows, judged, of_rays))
+            terms.append(_drawn(reader, program, rows, judged, None if look.camera else asking))
         if asks is not None and not getattr(terms[0].color, "is_only_met", False):
             for name in sorted(paths - PLAIN_RAYS):
                 note_sampled_ray_type(reader, name)
@@ -159,21 +159,20 @@ def world_light(
         )
         return terms[0], terms[-1], suns
 
-    if is_seen:
-        return make()
     skies = [sky[1:] for sky in reader.skies.values()]
-    return _kept_or_made(translation, (world.name, programs, skies, own, rows), make)
+    return _kept_or_made(translation, (world.name, programs, asking, sorted(paths), framed, skies, own, rows), make)
 
 
 WorldLight = tuple[Term, Term, tuple[SunLight, ...]]
 _latest: deque[tuple[Any, WorldLight, tuple[Note, ...]]] = deque(maxlen=2)
-"""The latest worlds of views: what each was drawn from, the result and the notes."""
+"""The latest worlds: what each was drawn from, the result and the notes."""
 
 
 def _kept_or_made(translation: Translation, state: Any, make: Callable[[], WorldLight]) -> WorldLight:
     """The result of ``make``, or that of an earlier translation of an equal world.
 
-    A view translates a world again for each frame and after each undo; to draw one takes up to a second.
+    A view translates a world again for each frame and after each undo, the dial for each comparison of its recording
+    with the scene; to draw one takes up to a second.
     """
     for before, result, notes in list(_latest):
         if equal(before, state):

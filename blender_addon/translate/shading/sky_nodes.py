@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -81,8 +82,7 @@ def _sky(reader: Reader, output: Output) -> Any:
     share = HOSEK_SHARE if is_replaced else 1.0
     angle = float(node.sun_size) if model in ("single", "multiple") and node.sun_disc else 0.0
     pixels, angle = drawn(atmosphere, angle, float(node.sun_intensity))
-    pixels *= share
-    texture = ImageTexture("sky", pixels.astype(np.float32), "linear", "repeat")
+    texture = ImageTexture("sky", (share * pixels).astype(np.float32), "linear", "repeat")
     reader.skies[id(texture)] = (texture, atmosphere, angle, float(node.sun_intensity))
     place = reader.emit("sphere_place", _upright(reader, place_of(reader, output, "generated")), settings=(False,))
     across, up = (reader.emit("component", place, settings=(axis,)) for axis in range(2))
@@ -94,20 +94,24 @@ def drawn(atmosphere: Atmosphere, angle: float, intensity: float) -> tuple[NDArr
     """Radiance (rows, columns, 3) of a sky, with its sun's disk where no light can stand for that; and the angle
     (radian) of the disk, 0 if it is drawn.
     """
-    pixels = _picture(atmosphere)
+    pixels = _picture(atmosphere, SKY_ROWS)
     if angle <= 0 or not _is_drawn(atmosphere, angle):
         return pixels, angle
     return pixels + _disk(atmosphere, angle) * intensity, 0.0
 
 
-def _picture(atmosphere: Atmosphere) -> NDArray[np.float64]:
-    """Radiance (rows, columns, 3) of a sky; at the horizon, where it has a step, the mean over each pixel."""
-    pixels = atmosphere.radiance(_directions(np.arange(SKY_ROWS)))
+@lru_cache(maxsize=2)  # 13 MB each
+def _picture(atmosphere: Atmosphere, height: int) -> NDArray[np.float64]:
+    """Radiance (rows, columns, 3) of a sky, ``height`` rows; at the horizon, where it has a step, the mean over each
+    pixel.
+    """
+    pixels = atmosphere.radiance(_directions(np.arange(height)))
     steps = np.array([0.0, atmosphere.horizon])
     # the mean of a row keeps the light of a bright edge that is narrower than the row
     rows = np.unique(_row_of(steps)[:, None] + [-1, 0, 1])
     places = (np.arange(2 * PARTS) + 0.5) / (2 * PARTS) - 0.5
     pixels[rows] = np.mean([atmosphere.radiance(_directions(rows + place)) for place in places], axis=0)
+    pixels.flags.writeable = False
     return pixels
 
 
