@@ -37,6 +37,12 @@ def part(builder, name, axis):
     return builder.add("math", (value, builder.number(0.0), builder.number(0.0)), "ABSOLUTE")
 
 
+def ray_length():
+    """A pattern: the ray's length."""
+    builder = Builder()
+    return Computed(builder.program(builder.add("number_input", (), "ray:Ray Length", 0)))
+
+
 def parts(first, axis):
     """A pattern: red is a component of an input, green the ray's length, and blue 1."""
     builder = Builder()
@@ -55,22 +61,21 @@ def tinted(red, green, blue):
 
 
 @PATHS
-@pytest.mark.parametrize("height", [0.5, 1.0])
-def test_a_disk_that_faces_its_receiver_lights_it_within_its_radius(monkeypatch, mitsubas, height):
-    """On the axis of a disk of radius r and intensity I the irradiance is I / (d² + r²)."""
-    light = PointLight(name="lamp", world_from_light=matrix((0, 0, height)), power_w=100, radius=0.8)
-    expected = 0.5 / np.pi * INTENSITY / (height**2 + 0.8**2)
-    found = picture(lit_plane(light), monkeypatch, mitsubas).mean(axis=(0, 1))
-    assert found == pytest.approx([expected] * 3, rel=1e-2)
+def test_disks_and_a_ball_around_their_receiver_and_one_another(monkeypatch, mitsubas):
+    """Each lights one channel, also along rays that meet the bodies of the others first.
 
-
-@PATHS
-def test_a_ball_lights_receivers_within_it_from_all_sides(monkeypatch, mitsubas):
-    """Its radiance is I / (π r²) in every direction, so the irradiance within it is I / r²."""
-    place = matrix((0.1, 0, 0.2))
-    light = PointLight(name="lamp", world_from_light=place, power_w=100, radius=0.8, soft_falloff=False)
-    found = picture(lit_plane(light), monkeypatch, mitsubas, 256).mean(axis=(0, 1))
-    assert found == pytest.approx([0.5 / np.pi * INTENSITY / 0.8**2] * 3, rel=2e-2)
+    On the axis of a disk of radius r and intensity I the irradiance is I / (d² + r²). Within a ball, the radiance is
+    I / (π r²) in every direction, so the irradiance is I / r².
+    """
+    lamps = (
+        PointLight(name="low", world_from_light=matrix((0, 0, 0.5)), color=Color([1.0, 0, 0])),
+        PointLight(name="high", world_from_light=matrix((0, 0, 1.0)), color=Color([0, 1.0, 0])),
+        PointLight(name="ball", world_from_light=matrix((0.1, 0, 0.2)), color=Color([0, 0, 1.0]), soft_falloff=False),
+    )
+    scene = replace(lit_plane(), lights=tuple(replace(lamp, power_w=100, radius=0.8) for lamp in lamps))
+    expected = 0.5 / np.pi * INTENSITY / np.array((0.5**2 + 0.8**2, 1.0**2 + 0.8**2, 0.8**2))
+    found = picture(scene, monkeypatch, mitsubas, 512).mean(axis=(0, 1))
+    assert found == pytest.approx(expected, rel=2e-2)
 
 
 @PATHS
