@@ -65,9 +65,8 @@ def _true_error(pixels):
 def test_a_target_error_is_reached_without_excess_samples():
     result = render_scene(noisy(target_error=0.5))
     assert result.status == "done" and result.outcome.reached
-    true = _true_error(result.pixels)
-    assert 0.7 * 0.5 < true < 1.1 * 0.5
-    assert result.outcome.delta_e == pytest.approx(true, rel=0.2)
+    assert 0.7 * 0.5 < _true_error(result.pixels) < 1.1 * 0.5
+    assert result.outcome.delta_e == pytest.approx(_true_error(result.pixels), rel=0.2)
     assert result.prediction.samples == pytest.approx(result.outcome.samples, rel=0.35)
     assert "dE2000" in result.header["spectral.predicted"] and "samples" in result.header["spectral.outcome"]
 
@@ -92,11 +91,9 @@ def test_the_curve_predicts_the_error_of_a_plain_render(tmp_path):
     curve = cost_curve(scene)
     assert curve.now.samples == 16
     assert curve.now.delta_e == pytest.approx(_true_error(render_scene(scene).pixels), rel=0.25)
-    errors = [point.delta_e for point in curve.axis("samples")]
-    assert errors == sorted(errors, reverse=True)
+    assert (errors := [point.delta_e for point in curve.axis("samples")]) == sorted(errors, reverse=True)
     assert curve.axis("bounces")[0].setting == "0"
-    assert "predicted" in table(curve)
-    assert 0 < curve.now.work < 1e4 and curve.model.slowness > 0
+    assert "predicted" in table(curve) and 0 < curve.now.work < 1e4 and curve.model.slowness > 0
     pytest.importorskip("matplotlib")
     for name, begins in (("cost.png", b"\x89PNG"), ("cost.svg", b"<?xml")):
         write_figure(tmp_path / name, curve, title="room")
@@ -294,12 +291,9 @@ def test_probe_pixels_are_blocks_distributed_over_the_picture():
     pixels = probe_pixels(film)
     assert 7800 < len(pixels) <= 8192 and len(np.unique(pixels)) == len(pixels)
     blocks = pixels.reshape(-1, 4, 8)
-    assert (
-        pixels.max() < 1920 * 1080 and np.all(np.diff(blocks, axis=2) == 1) and np.all(np.diff(blocks, axis=1) == 1920)
-    )
-    column = np.histogram(pixels % 1920, 8, (0, 1920))[0]
-    row = np.histogram(pixels // 1920, 8, (0, 1080))[0]
+    assert pixels.max() < 1920 * 1080
+    assert np.all(np.diff(blocks, axis=2) == 1) and np.all(np.diff(blocks, axis=1) == 1920)
+    column, row = np.histogram(pixels % 1920, 8, (0, 1920))[0], np.histogram(pixels // 1920, 8, (0, 1080))[0]
     assert column.min() > 0.7 * column.mean() and row.min() > 0.7 * row.mean()
     assert np.array_equal(probe_pixels(Film(30, 20)), np.arange(600))
-    for size in ((4000, 3), (5, 9000)):  # narrower than a block
-        assert len(np.unique(probe_pixels(Film(*size)))) > 4000
+    assert all(len(np.unique(probe_pixels(Film(*size)))) > 4000 for size in ((4000, 3), (5, 9000)))  # narrow pictures
