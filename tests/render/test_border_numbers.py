@@ -55,7 +55,7 @@ def scaled_scene(scale, surface, falloff=Falloff()):  # noqa: B008
             aperture_radius=0.05 * scale,
             focus_distance=max(3 * scale, 1e-9),
         ),
-        film=Film(24, 24, samples=256),
+        film=Film(24, 24, samples=128),
         meshes=(floor, ball),
         materials=(Material("floor", Diffuse(gray(0.5))), Material("ball", surface)),
         instances=(
@@ -67,15 +67,18 @@ def scaled_scene(scale, surface, falloff=Falloff()):  # noqa: B008
     )
 
 
+def _mean(scene):
+    return render_scene(scene).pixels[..., :3].mean()
+
+
 @pytest.mark.parametrize("surface", [Diffuse(gray(0.7)), Glass(gray(1.0), 0.0, 1.5)], ids=["matt", "glass"])
-@pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e3, 1e6])
-def test_light_does_not_depend_on_the_size_of_the_scene(surface, scale):
-    pictures = [render_scene(scaled_scene(size, surface)).pixels[..., :3].mean() for size in (1.0, scale)]
-    assert pictures[1] == pytest.approx(pictures[0], rel=0.01)
+def test_light_does_not_depend_on_the_size_of_the_scene(surface):
+    expected = _mean(scaled_scene(1.0, surface))
+    for scale in (1e-6, 1e-3, 1e3, 1e6):
+        assert _mean(scaled_scene(scale, surface)) == pytest.approx(expected, rel=0.01), scale
 
 
-@pytest.mark.parametrize("scale", [1e-6, 1e6])
-def test_media_the_sun_and_spectral_transport_do_not_depend_on_the_size_of_the_scene(scale):
+def test_media_the_sun_and_spectral_transport_do_not_depend_on_the_size_of_the_scene():
     def scene(size):
         ball = Material("ball", None, ScatteringMedium(density=1.5 / size, color=gray(0.8), anisotropy=0.3))
         made = scaled_scene(size, Diffuse(gray(0.7)))
@@ -87,8 +90,9 @@ def test_media_the_sun_and_spectral_transport_do_not_depend_on_the_size_of_the_s
             settings=RenderSettings(transport="spectral"),
         )
 
-    pictures = [render_scene(scene(size)).pixels[..., :3].mean() for size in (1.0, scale)]
-    assert pictures[1] == pytest.approx(pictures[0], rel=0.01)
+    expected = _mean(scene(1.0))
+    for scale in (1e-6, 1e6):
+        assert _mean(scene(scale)) == pytest.approx(expected, rel=0.01), scale
 
 
 def test_falloff_with_distance_follows_the_units():
@@ -100,10 +104,11 @@ def test_falloff_with_distance_follows_the_units():
 
 def test_one_distant_object_does_not_affect_the_others():
     scene = scaled_scene(1.0, Diffuse(gray(0.7)))
+    expected = _mean(scene)
     for distance in (1e7, 1e30):
         far = Instance("far", scene.meshes[1].name, matrix((0, 0, -distance)), ("ball",))
         result = render_scene(replace(scene, instances=(*scene.instances, far)))
-        assert result.pixels[..., :3].mean() == pytest.approx(render_scene(scene).pixels[..., :3].mean(), rel=0.01)
+        assert result.pixels[..., :3].mean() == pytest.approx(expected, rel=0.01)
     assert any("32-bit numbers cannot" in note.message for note in result.notes)
 
 
@@ -116,7 +121,8 @@ def test_objects_too_small_for_single_precision_get_a_note():
 @pytest.mark.parametrize("strength", [1e37, 1e38])
 def test_light_that_overflows_is_counted_and_reported(transport, strength):
     scene = scaled_scene(1.0, Emission(gray(1.0), strength))
-    result = render_scene(replace(scene, settings=RenderSettings(transport=transport)))
+    film = replace(scene.film, samples=16)
+    result = render_scene(replace(scene, film=film, settings=RenderSettings(transport=transport)))
     assert np.isfinite(result.pixels).all()
     lost = [note.message for note in result.notes if "were not finite numbers" in note.message]
     assert lost or result.pixels.max() > 1e30

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -51,9 +52,13 @@ def noisy(**settings):
     return replace(scene, settings=RenderSettings(transport="rgb", max_bounces=2, **settings))
 
 
+@cache
+def _reference():
+    return render_scene(replace(noisy(), film=replace(noisy().film, samples=2048, seed=5))).pixels
+
+
 def _true_error(pixels):
-    reference = render_scene(replace(noisy(), film=replace(noisy().film, samples=2048, seed=5))).pixels
-    lab = [lab_from_linear_rgb(each[..., :3].astype(np.float64)) for each in (pixels, reference)]
+    lab = [lab_from_linear_rgb(each[..., :3].astype(np.float64)) for each in (pixels, _reference())]
     return float(delta_e_2000(*lab).mean())
 
 
@@ -67,7 +72,7 @@ def test_a_target_error_is_reached_without_excess_samples():
 
 
 def test_a_time_budget_reports_its_error_and_supports_bands():
-    result = render_scene(noisy(time_budget_s=3.0), bands=Bands.uniform(400, 700, 4))
+    result = render_scene(noisy(time_budget_s=1.5), bands=Bands.uniform(400, 700, 4))
     assert result.outcome.delta_e > 0 and result.outcome.samples >= 2
     assert result.band_pixels.shape == (32, 48, 4) and result.band_pixels.min() > 0
 
@@ -86,11 +91,9 @@ def test_the_curve_predicts_the_error_of_a_plain_render(tmp_path):
     curve = cost_curve(scene)
     assert curve.now.samples == 16
     assert curve.now.delta_e == pytest.approx(_true_error(render_scene(scene).pixels), rel=0.25)
-    errors = [point.delta_e for point in curve.axis("samples")]
-    assert errors == sorted(errors, reverse=True)
+    assert (errors := [point.delta_e for point in curve.axis("samples")]) == sorted(errors, reverse=True)
     assert curve.axis("bounces")[0].setting == "0"
-    assert "predicted" in table(curve)
-    assert 0 < curve.now.work < 1e4 and curve.model.slowness > 0
+    assert "predicted" in table(curve) and 0 < curve.now.work < 1e4 and curve.model.slowness > 0
     pytest.importorskip("matplotlib")
     for name, begins in (("cost.png", b"\x89PNG"), ("cost.svg", b"<?xml")):
         write_figure(tmp_path / name, curve, title="room")
@@ -288,12 +291,9 @@ def test_probe_pixels_are_blocks_distributed_over_the_picture():
     pixels = probe_pixels(film)
     assert 7800 < len(pixels) <= 8192 and len(np.unique(pixels)) == len(pixels)
     blocks = pixels.reshape(-1, 4, 8)
-    assert (
-        pixels.max() < 1920 * 1080 and np.all(np.diff(blocks, axis=2) == 1) and np.all(np.diff(blocks, axis=1) == 1920)
-    )
-    column = np.histogram(pixels % 1920, 8, (0, 1920))[0]
-    row = np.histogram(pixels // 1920, 8, (0, 1080))[0]
+    assert pixels.max() < 1920 * 1080
+    assert np.all(np.diff(blocks, axis=2) == 1) and np.all(np.diff(blocks, axis=1) == 1920)
+    column, row = np.histogram(pixels % 1920, 8, (0, 1920))[0], np.histogram(pixels // 1920, 8, (0, 1080))[0]
     assert column.min() > 0.7 * column.mean() and row.min() > 0.7 * row.mean()
     assert np.array_equal(probe_pixels(Film(30, 20)), np.arange(600))
-    for size in ((4000, 3), (5, 9000)):  # narrower than a block
-        assert len(np.unique(probe_pixels(Film(*size)))) > 4000
+    assert all(len(np.unique(probe_pixels(Film(*size)))) > 4000 for size in ((4000, 3), (5, 9000)))  # narrow pictures

@@ -130,11 +130,10 @@ def _scene_of(paints, transport, closures=(Diffuse,)):
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-@pytest.mark.parametrize("closures", [(Diffuse,), CLOSURES])
-def test_interpreted_programs_equal_their_compiled_code(monkeypatch, transport, closures):
+def test_interpreted_programs_equal_their_compiled_code(monkeypatch, transport):
     from spectral_core.render.plugins.surfaces import slots
 
-    scene = _scene_of(_programs(9), transport, closures)
+    scene = _scene_of(_programs(9), transport, CLOSURES)
     pictures = []
     for most in (0, 1000):
         monkeypatch.setattr(slots, "MOST_PROGRAMS", most)

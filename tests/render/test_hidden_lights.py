@@ -35,8 +35,9 @@ def brightness(scene):
     return render_scene(scene).pixels[..., :3].mean()
 
 
-@pytest.mark.parametrize("radius", [0.0, 0.4])
-@pytest.mark.parametrize(("hidden", "shown"), [(Rays.GLOSSY, Diffuse(gray(0.5))), (Rays.DIFFUSE, SHINE)])
+@pytest.mark.parametrize(
+    ("radius", "hidden", "shown"), [(0.0, Rays.GLOSSY, Diffuse(gray(0.5))), (0.4, Rays.DIFFUSE, SHINE)]
+)
 def test_of_a_mixture_the_other_closures_stay_lit(radius, hidden, shown):
     """Half of each closure: a lamp that one of them does not see gives half the light of the other alone."""
     lamp = replace(LAMP, radius=radius, hidden_from=hidden)
@@ -66,8 +67,7 @@ def test_plastic_without_highlight_is_its_diffuse_part():
     assert 0.8 * matt < without < matt and gloss > 0.2 * with_gloss
 
 
-@pytest.mark.parametrize("model", ["random_walk", "burley"])
-@pytest.mark.parametrize("radius", [0.0, 0.4])
+@pytest.mark.parametrize(("model", "radius"), [("random_walk", 0.4), ("burley", 0.0)])
 def test_light_leaves_a_surface_from_below_as_diffuse_light(model, radius):
     lamp, skin = replace(LAMP, radius=radius), Subsurface(gray(0.6), (1.0, 1.0, 1.0), 0.05, model=model)
     lit = brightness(lit_plane(lamp, surface=skin))

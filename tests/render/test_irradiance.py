@@ -23,16 +23,14 @@ def _color(scene):
     return render_scene(scene).pixels[..., :3].mean(axis=(0, 1))
 
 
-@TRANSPORTS
-@pytest.mark.parametrize("radius", [0.0, 0.6])
+@pytest.mark.parametrize(("radius", "transport"), [(0.0, "rgb"), (0.6, "rgb"), (0.0, "spectral")])
 def test_a_ball_light_equals_a_point_light_of_the_same_power(transport, radius):
     light = PointLight(name="lamp", world_from_light=ABOVE, power_w=100, radius=radius, soft_falloff=False)
     expected = 0.5 / np.pi * INTENSITY_OF_100_W / HEIGHT**2
     assert _color(lit_plane(light, transport=transport)) == pytest.approx([expected] * 3, rel=4e-3)
 
 
-@TRANSPORTS
-@pytest.mark.parametrize("radius", [0.0, 0.6])
+@pytest.mark.parametrize(("radius", "transport"), [(0.0, "rgb"), (0.6, "rgb"), (0.6, "spectral")])
 def test_the_center_of_a_spot_is_as_bright_as_a_point(transport, radius):
     light = SpotLight(name="spot", world_from_light=ABOVE, power_w=100, radius=radius, soft_falloff=False)
     expected = 0.5 / np.pi * INTENSITY_OF_100_W / HEIGHT**2
@@ -49,8 +47,9 @@ def test_a_spot_falls_off_as_in_blender(blend):
     assert _color(lit_plane(light)) == pytest.approx([expected] * 3, rel=1e-2)
 
 
-@TRANSPORTS
-@pytest.mark.parametrize("angle", [0.0, 0.00918, 0.5])
+@pytest.mark.parametrize(
+    ("angle", "transport"), [(0.0, "rgb"), (0.00918, "rgb"), (0.5, "rgb"), (0.0, "spectral"), (0.5, "spectral")]
+)
 def test_a_sun_gives_its_irradiance(transport, angle):
     light = SunLight(name="sun", world_from_light=ABOVE, irradiance=2.0, angle_rad=angle)
     assert _color(lit_plane(light, transport=transport)) == pytest.approx([1 / np.pi] * 3, rel=4e-3)

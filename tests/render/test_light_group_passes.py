@@ -51,8 +51,9 @@ def _assert_sum(result: RenderResult, groups: tuple[str, ...]) -> dict[str, np.n
     return means
 
 
-@pytest.mark.parametrize("transparent", [False, True], ids=["background", "transparent film"])
-@pytest.mark.parametrize("transport", ["rgb", "spectral"])
+@pytest.mark.parametrize(
+    ("transport", "transparent"), [("rgb", True), ("spectral", False)], ids=["transparent film", "background"]
+)
 def test_the_emission_of_a_volume_is_in_the_group_of_its_object(transport: str, transparent: bool) -> None:
     """Two objects of one material, in two groups; the environment behind them is not in a transparent picture."""
     fire = ScatteringMedium(0.5, gray(0.5), emission_strength=1.0, emission_color=Color([1, 0.4, 0.1]))

@@ -158,8 +158,11 @@ class Tables:
 
     @property
     def counts_lengths(self) -> bool:
-        """True if the lengths of rays from their last bounce are kept, because some program reads them."""
-        return bool(self.meshes.scene.reads_lengths)
+        """True if the lengths of rays from their last bounce are kept, because a program reads them, or because lamps
+        have bodies: from behind another surface or lamp, a ray tells by its length which place receives their light.
+        """
+        scene = self.meshes.scene
+        return bool(scene.reads_lengths or scene.has_bodies)
 
     def at_bounce(self, si: Any) -> Any:
         """The hit as the start of rays whose length counts from it."""
