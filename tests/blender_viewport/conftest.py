@@ -84,3 +84,20 @@ def stage(blender, monkeypatch):
     context = SimpleNamespace(space_data=space, area=area, region=region, region_data=region_data)
     session = ViewSession(lambda: None)
     return SimpleNamespace(session=session, context=context, link=link, scene=scene, material=material)
+
+
+@pytest.fixture
+def coarse(stage, monkeypatch):
+    """The same with coarse pictures of skies and coarse grids of media: what a view sends does not depend on them."""
+    from blender_addon.translate.lighting import patterns
+    from blender_addon.translate.shading import sky_nodes
+    from blender_addon.translate.shading.media import regions
+
+    monkeypatch.setattr(patterns, "ROWS", 64)
+    monkeypatch.setattr(sky_nodes, "SKY_ROWS", 64)
+    monkeypatch.setattr(sky_nodes, "LAST_ROWS", (0.5 / 64, 1 - 0.5 / 64))
+    monkeypatch.setattr(regions, "SIZES", (8, 12))
+    monkeypatch.setattr(regions, "PROBES", 256)
+    patterns._latest.clear()
+    yield stage
+    patterns._latest.clear()

@@ -12,7 +12,7 @@ from tests.blender_viewport.test_viewport_edits import updated, whole  # noqa: E
 
 
 @pytest.fixture
-def drawn(stage, monkeypatch):
+def drawn(coarse, monkeypatch):
     """A sky that is mixed with a gradient, in a view, and the number of the environments that were drawn."""
     from blender_addon.translate.lighting import patterns
 
@@ -32,9 +32,9 @@ def drawn(stage, monkeypatch):
     tree.links.new(next(out for out in mix.outputs if out.type == "RGBA"), tree.nodes["Background"].inputs[0])
     counted, usual = [], patterns.environment_of
     monkeypatch.setattr(patterns, "environment_of", lambda *given: counted.append(1) or usual(*given))
-    updated(stage)
-    stage.drawn, stage.sky, stage.ramp, stage.tree, stage.mix = counted, sky, ramp, tree, mix
-    return stage
+    updated(coarse)
+    coarse.drawn = counted
+    return coarse
 
 
 def undo_of_a_move():

@@ -20,8 +20,9 @@ def write(path, value):
 
 
 @pytest.fixture
-def pictured(stage, tmp_path):
+def pictured(coarse, tmp_path):
     """The scene with one image file on a material and in the world, and its view."""
+    stage = coarse
     write(tmp_path / "picture.png", 0.2)
     stage.path, stage.image = tmp_path / "picture.png", bpy.data.images.load(str(tmp_path / "picture.png"))
     world = bpy.context.scene.world = bpy.data.worlds.new("World")

@@ -66,7 +66,9 @@ def test_settings_of_data_blocks(build, stage, name):  # noqa: F811
         assert stale <= UNREPORTED
 
 
-def test_settings_of_shader_nodes(stage):
+def test_settings_of_shader_nodes(coarse):
+    stage = coarse
+    bpy.data.objects.remove(bpy.data.objects["Floor"])
     updated(stage)
     stale, seen = set(), 0
     for name in sorted(each for each in entries() if each.startswith("ShaderNode") and hasattr(bpy.types, each)):

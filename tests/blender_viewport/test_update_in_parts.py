@@ -15,16 +15,16 @@ MOST_REDRAWS = 60
 
 
 @pytest.fixture
-def slow(stage, monkeypatch):
+def slow(coarse, monkeypatch):
     """A view whose updates have no time left after one new part."""
     from blender_addon.editing.viewport import session
     from blender_addon.translate.viewport import kept
 
     monkeypatch.setattr(session, "UPDATE_S", -1.0)
     monkeypatch.setattr(kept, "NEW_SHARE", 0.0)
-    stage.redraws = []
-    stage.session._redraw = lambda: stage.redraws.append(1)
-    return stage
+    coarse.redraws = []
+    coarse.session._redraw = lambda: coarse.redraws.append(1)
+    return coarse
 
 
 def redrawn(stage):

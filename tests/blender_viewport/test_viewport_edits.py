@@ -200,17 +200,17 @@ def test_a_panoramic_camera_fills_its_frame_in_the_view_as_in_f12(stage):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_random_edits_leave_no_outdated_data(stage, seed):
+def test_random_edits_leave_no_outdated_data(coarse, seed):
     from spectral_core.render.live.in_place.changes import difference
     from spectral_core.render.same import equal
 
     rng = np.random.default_rng(seed)
-    updated(stage)
+    updated(coarse)
     stale = []
     for number in range(60):
         name = str(rng.choice(list(RANDOM_EDITS)))
-        updated(stage, lambda _stage, name=name: RANDOM_EDITS[name](rng))
-        known, true = next(iter(stage.link.scenes.values())), whole(stage)
+        updated(coarse, lambda _stage, name=name: RANDOM_EDITS[name](rng))
+        known, true = next(iter(coarse.link.scenes.values())), whole(coarse)
         left = difference(known, true)
         kinds = [*left.items, *(single for single in left.singles if single not in ("film", "notes"))]
         if kinds or {(n.subject, n.message) for n in known.notes} != {(n.subject, n.message) for n in true.notes}:

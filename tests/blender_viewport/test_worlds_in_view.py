@@ -12,8 +12,9 @@ from tests.blender_viewport.test_viewport_edits import updated  # noqa: E402
 
 
 @pytest.fixture
-def seen(stage):
+def seen(coarse):
     """The scene with a camera and a world, and its view."""
+    stage = coarse
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     camera.location, camera.rotation_euler = (0, -8, 4), (1.1, 0, 0)
     bpy.context.scene.collection.objects.link(camera)

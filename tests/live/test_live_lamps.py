@@ -16,6 +16,7 @@ from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
 from spectral_core.render.plan.effects import plan_from_data
+from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.scene import (
     AreaLight,
     Camera,
@@ -107,33 +108,42 @@ CASES = {
 }
 
 
-def pictures(scene: Scene, *, equal: bool = False) -> np.ndarray:
-    """(seeds, height, width, 3) as a view traces them; ``equal``: with equal chances of all lamps."""
-    found = []
+def traced(job: RenderJob) -> np.ndarray:
+    """(seeds, height, width, 3): independent pictures of a loaded scene."""
+    loaded, found = job.loaded, []
     for seed in range(SEEDS):
-        seeded = replace(scene, film=replace(scene.film, seed=10 + seed))
-        job = RenderJob(seeded, plan_from_data(seeded, 0.0), Measure(movable=True))
-        integrator = job.loaded.integrator
-        if equal:
-            integrator.lights = MitsubaLights(job.mitsuba, job.loaded.scene.scene)
-        job.trace(SAMPLES)
-        found.append(job.picture()[..., :3].astype(float))
+        sums = Accumulator(
+            loaded.mitsuba, job.scene.camera, replace(job.scene.film, seed=10 + seed), loaded.wavelengths
+        )
+        for _ in sums.add(loaded.first_hit, loaded.integrator, SAMPLES):
+            pass
+        found.append(sums.picture()[..., :3].astype(float))
     return np.array(found)
 
 
-def rendered(scene: Scene, samples: int = 2048) -> np.ndarray:
-    """The picture of F12."""
-    job = RenderJob(scene, plan_from_data(scene, 0.0))
-    job.trace(samples)
-    return job.picture()[..., :3].astype(float)
+def loaded(scene: Scene) -> RenderJob:
+    """A scene as a view loads it."""
+    return RenderJob(scene, plan_from_data(scene, 0.0), Measure(movable=True))
+
+
+def rendered(scene: Scene, *counts: int) -> list[np.ndarray]:
+    """The picture of F12 after each number of samples."""
+    job, found = RenderJob(scene, plan_from_data(scene, 0.0)), []
+    for count in counts:
+        job.trace(count - job.samples)
+        found.append(job.picture()[..., :3].astype(float))
+    return found
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_lamps_are_chosen_by_their_light(name: str) -> None:
     scene, gain = CASES[name]
-    by_light, by_number = pictures(scene), pictures(scene, equal=True)
+    job = loaded(scene)
+    by_light = traced(job)
+    job.loaded.integrator.lights = MitsubaLights(job.mitsuba, job.loaded.scene.scene)  # with equal chances
+    by_number = traced(job)
     assert by_number.var(axis=0, ddof=1).mean() > gain * by_light.var(axis=0, ddof=1).mean()
-    means, limit = by_light.mean(axis=(1, 2)), rendered(scene).mean(axis=(0, 1))
+    means, limit = by_light.mean(axis=(1, 2)), rendered(scene, 2048)[0].mean(axis=(0, 1))
     error = means.std(axis=0, ddof=1) / np.sqrt(SEEDS) + 3e-4 * limit
     assert np.all(np.abs(means.mean(axis=0) - limit) < 4 * error)
 
@@ -142,8 +152,8 @@ def test_linked_and_hidden_lamps_take_no_samples_where_they_give_no_light() -> N
     hidden = replace(LEFT, name="hidden", power_w=5e4, hidden_from=Rays.DIFFUSE)
     unlit = replace(LEFT, name="unlit", power_w=5e4)
     floor = replace(EMISSIVE[0], unlit_by=("unlit",))
-    alone = pictures(scene_of((LEFT, RIGHT)))
-    beside = pictures(scene_of((LEFT, RIGHT, hidden, unlit), instances=(floor,)))
+    alone = traced(loaded(scene_of((LEFT, RIGHT))))
+    beside = traced(loaded(scene_of((LEFT, RIGHT, hidden, unlit), instances=(floor,))))
     np.testing.assert_allclose(beside.mean(axis=(0, 1, 2)), alone.mean(axis=(0, 1, 2)), rtol=0.01)
     assert beside.var(axis=0, ddof=1).mean() < 1.2 * alone.var(axis=0, ddof=1).mean()
 
@@ -202,8 +212,9 @@ def test_an_edited_lamp_gets_its_share_at_once_and_compiles_nothing(transport: s
         seen_in_view[name], compiled = view.of(seen)
         assert (view.stage.loads, view.stage.launcher.recordings, compiled) == (1, recordings, 0), name
     for name, seen in sequence.items():
-        limit = rendered(replace(seen, film=replace(seen.film, seed=77)), 512)
-        error, usual = (np.abs(each - limit).mean() for each in (seen_in_view[name], rendered(seen, SAMPLES)))
+        # the first samples are a thirtieth of the limit, so that they seem to have a sixtieth less noise
+        few, limit = rendered(replace(seen, film=replace(seen.film, seed=77)), SAMPLES, 512)
+        error, usual = (np.abs(each - limit).mean() for each in (seen_in_view[name], few))
         assert error < 1.5 * usual + 1e-3 * limit.mean(), f"{name}: noise of the view {error:.3g}, of F12 {usual:.3g}"
 
 
@@ -213,7 +224,7 @@ def test_a_lamp_that_is_switched_off_and_on_is_chosen_again() -> None:
     view.of(edited(scene, "left", power_w=0.0))
     np.testing.assert_allclose(view.of(scene)[0], limit, rtol=1e-4, atol=1e-5)
     only = view.of(scene_of((RIGHT,)))[0]
-    np.testing.assert_allclose(only.mean(), rendered(scene_of((RIGHT,)), 256).mean(), rtol=0.01)
+    np.testing.assert_allclose(only.mean(), rendered(scene_of((RIGHT,)), 256)[0].mean(), rtol=0.01)
 
 
 def test_a_lamp_of_any_strength_and_place_keeps_the_loaded_scene() -> None:

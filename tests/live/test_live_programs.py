@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from spectral_core.render.live.passes import Launcher
 from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
-from spectral_core.render.plugins.numbers import CACHE_LINE, table
+from spectral_core.render.plugins.numbers import table
 from spectral_core.render.plugins.paints import tables
 from spectral_core.scene import (
     Computed,
@@ -147,94 +146,6 @@ def test_a_launch_makes_no_arrays_of_another_scene(scene: Scene, monkeypatch: py
     assert made == []
 
 
-def _with_contents(scene: Scene, rng: np.random.Generator) -> list[Scene]:
-    """Scenes whose images and ramps hold random contents: of colors, roughness, emission and the world."""
-
-    def computed(operation: str, data: object, *flags: bool) -> Computed:
-        build = Builder()
-        place = build.add("vector_input", (), "position", 0)
-        read = place if operation == "image_color" else build.add("mean", (place,))
-        return Computed(build.program(build.add(operation, (read,), *flags, data=data)))
-
-    pixels = rng.uniform(0, 1, (8, 16, 3)).astype(np.float32)
-    image = computed("image_color", ImageTexture("made", pixels[:4]), False)
-    bytes_of = computed("image_color", ImageTexture("bytes", (255 * pixels[4:]).astype(np.uint8)), False)
-    ramp = computed("ramp_color", rng.uniform(0, 1, (5, 3)))
-    surfaces = [
-        Diffuse(ramp),
-        Diffuse(image),
-        Diffuse(bytes_of),
-        Principled(image, roughness=ramp),
-        Emission(ramp, 2.0),
-    ]
-    name, others = scene.materials[0].name, scene.materials[1:]
-    of_materials = [replace(scene, materials=(Material(name, surface), *others)) for surface in surfaces]
-    return [*of_materials, replace(scene, world=replace(scene.world, color=ImageTexture("sky", pixels)))]
-
-
-@pytest.mark.parametrize("kind", range(6))
-def test_contents_that_are_replaced_in_place_are_visible_whatever_else_was_loaded(scene: Scene, kind: int) -> None:
-    """After other scenes had been loaded, replays showed images and ramps from before the edit, or freed memory."""
-    rng, stage = np.random.default_rng(kind), Stage()
-    for number in range(4):
-        edited = _with_contents(scene, rng)[kind]
-        np.testing.assert_array_equal(_pictured(stage, edited, 1), _pictured(Stage(), edited, 1))
-        assert (stage.how == "loaded") == (number == 0)
-
-
-def test_no_array_of_a_view_lies_in_the_memory_of_numpy(scene: Scene) -> None:
-    """A replay may read a mapped array that has been replaced. Dr.Jit's own memory begins at cache lines."""
-    import drjit as dr
-
-    from spectral_core.render.live.held import held
-
-    stage = Stage()
-    for shown in (*_with_contents(_generated(scene), np.random.default_rng(6)), scene):
-        _pictured(stage, shown, 1)
-        inputs, launcher = stage.launcher._inputs, stage.launcher
-        roots = [inputs[0], [launcher._offsets], *(getattr(plugin, "held_numbers", []) for plugin in inputs[1])]
-        arrays = [item for item in held([roots], launcher._mi) if dr.is_array_v(item) and dr.depth_v(item) == 1]
-        arrays = [array for array in arrays if dr.is_jit_v(array) and array.state == dr.VarState.Evaluated]
-        assert len(arrays) > 20
-        assert [len(array) for array in arrays if dr.detach(array).numpy().ctypes.data % CACHE_LINE] == []
-
-
-def test_the_search_for_arrays_finds_all_of_them(scene: Scene) -> None:
-    """It passes over data that hold none: a search of every plain object finds the same arrays."""
-    import drjit as dr
-
-    from spectral_core.render.live.held import held
-
-    def reached(item: object, seen: dict[int, object]) -> None:
-        # through a module every object of the process would be reached, those of tests before this one, too
-        if id(item) in seen or isinstance(item, (np.ndarray, str, bytes, mitsuba.Object, type, ModuleType)):
-            return
-        seen[id(item)] = item
-        if dr.is_array_v(item) or type(item).__module__.startswith(("drjit", "mitsuba")):
-            return
-        slots = {name for kind in type(item).__mro__ for name in getattr(kind, "__slots__", ())} - {"__weakref__"}
-        held_here = [getattr(item, name) for name in slots if hasattr(item, name)]
-        for value in [*getattr(item, "__dict__", {}).values(), *held_here]:
-            reached(value, seen)
-        if isinstance(item, (dict, list, tuple)):
-            for value in item.values() if isinstance(item, dict) else item:
-                reached(value, seen)
-
-    stage, count = Stage(), 0
-    for shown in _with_contents(_generated(scene), np.random.default_rng(9)):
-        _pictured(stage, shown, 1)
-        mitsuba = stage.launcher._mi
-        for plugin in stage.launcher._loaded.scene.parts.context.made:
-            roots = [value for name, value in getattr(plugin, "__dict__", {}).items() if name != "held_numbers"]
-            seen: dict[int, object] = {}
-            for root in roots:
-                reached(root, seen)
-            arrays = {key for key, item in seen.items() if dr.is_array_v(item)} - {id(root) for root in roots}
-            assert {id(item) for item in held(roots, mitsuba) if dr.is_array_v(item)} == arrays
-            count += len(arrays)
-    assert count > 100
-
-
 def test_an_edit_in_place_of_an_attribute_is_visible(scene: Scene) -> None:
     seen, stage = _generated(scene), Stage()
     before = _pictured(stage, seen)
@@ -255,12 +166,12 @@ def test_edits_of_a_material_with_a_spectrum_are_visible(scene: Scene) -> None:
         for values in ([0.1, 0.2, 0.9], [0.8, 0.7, 0.1])
     )
     stage = Stage()
-    for color, roughness in ((low, 0.5), (low, 0.9), (high, 0.9), (low, 0.2), (low, 0.4)):
+    for color, roughness in ((low, 0.5), (low, 0.9), (high, 0.9), (low, 0.2)):
         surface = Principled(color, roughness=roughness)
         materials = [replace(m, surface=surface) if m.name in ("red", "gray") else m for m in scene.materials]
         seen = replace(scene, materials=tuple(materials), settings=RenderSettings(transport="spectral"))
         # wavelengths are drawn by the spectra that a scene was loaded with, so that the noise differs
-        shown, true = (_pictured(each, seen, 48).mean(axis=(0, 1)) for each in (stage, Stage()))
+        shown, true = (_pictured(each, seen, 32).mean(axis=(0, 1)) for each in (stage, Stage()))
         np.testing.assert_allclose(shown, true, rtol=0.02)
     assert stage.loads == 1
 

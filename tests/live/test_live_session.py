@@ -141,8 +141,9 @@ EDITS = {
     "lamp gone": lambda s: replace(s, lights=s.lights[:1]),
     "dark world": lambda s: replace(s, world=World()),
     "orthographic": lambda s: replace(s, camera=replace(s.camera, kind="orthographic", orthographic_scale=8.0)),
-    "shifted": lambda s: replace(s, camera=replace(s.camera, shift=(0.1, -0.05))),
-    "depth of field": lambda s: replace(s, camera=replace(s.camera, aperture_radius=0.2, focus_distance=8.0)),
+    "shifted and out of focus": lambda s: replace(
+        s, camera=replace(s.camera, shift=(0.1, -0.05), aperture_radius=0.2, focus_distance=8.0)
+    ),
     "blades": lambda s: replace(s, camera=replace(s.camera, aperture=Aperture(5, 0.3, 1.5))),
     "panorama": lambda s: replace(
         s, camera=replace(s.camera, kind="panoramic", panorama=Panorama("equirectangular", (-1.2, 1.4, -0.8, 0.6)))

@@ -89,14 +89,14 @@ def test_pictures_after_random_edits_are_those_of_scenes_loaded_anew(
     now = crowded
     _pictured(stage, now, 1)
     shown = []
-    for kind in [*EDITS, *rng.permutation([*EDITS, *EDITS])]:
+    for kind in [*EDITS, *rng.permutation([*EDITS])]:
         now = EDITS[str(kind)](now, rng)
         shown.append((str(kind), now, _pictured(stage, now, 1)))
     assert stage.launcher.recordings == 1
     for kind, scene, picture in shown:
         np.testing.assert_allclose(picture, _pictured(Stage(), scene, 1), atol=1e-4, err_msg=kind)
     assert stage.loads == 1
-    assert len(all_trees) >= 15
+    assert len(all_trees) >= 10
     assert all(all_trees)
 
 
@@ -134,25 +134,27 @@ def test_without_its_trees_mitsuba_builds_all(crowded: Scene, monkeypatch: pytes
     assert stage.loads == 1
 
 
-@pytest.mark.parametrize("has_trees", [True, False])
 @pytest.mark.parametrize("has_world", [True, False])
 def test_a_sun_of_one_direction_is_shaded_by_what_has_left_the_scene(
-    crowded: Scene, has_world: bool, has_trees: bool, monkeypatch: pytest.MonkeyPatch
+    crowded: Scene, has_world: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its shadow rays ended where the loaded scene did: an object beyond that had no shadow."""
-    if not has_trees:
-        monkeypatch.setattr(Trees, "of", lambda *_: None)
     sun = SunLight(name="sun", world_from_light=np.eye(4), irradiance=3.0, angle_rad=0.0)
     lit = replace(crowded, lights=(sun,), world=crowded.world if has_world else World())
-    stage, shaded = Stage(), EDITS["shade"](lit, np.random.default_rng(1))
+    shaded = EDITS["shade"](lit, np.random.default_rng(1))
     tilted = with_light(shaded, "sun", world_from_light=tilt(0.1))
     scenes = (lit, shaded, tilted, lit)
-    pictures = [_pictured(stage, each, 1) for each in scenes]
-    assert stage.loads == 1
-    assert stage.launcher.recordings == 1 or not has_trees
-    for each, picture in zip(scenes, pictures, strict=True):
-        np.testing.assert_allclose(picture, _pictured(Stage(), each, 1), atol=1e-4)
-    assert pictures[1].mean() < 0.7 * pictures[0].mean()
+    anew = [_pictured(Stage(), each, 1) for each in scenes[:3]]
+    for has_trees in (True, False):
+        if not has_trees:
+            monkeypatch.setattr(Trees, "of", lambda *_: None)
+        stage = Stage()
+        pictures = [_pictured(stage, each, 1) for each in scenes]
+        assert stage.loads == 1
+        assert stage.launcher.recordings == 1 or not has_trees
+        for true, picture in zip((*anew, anew[0]), pictures, strict=True):
+            np.testing.assert_allclose(picture, true, atol=1e-4)
+        assert pictures[1].mean() < 0.7 * pictures[0].mean()
 
 
 def tilt(angle: float) -> np.ndarray:

@@ -30,6 +30,7 @@ class Interpreter:
         self.programs: Any = None
         self._targets: list[Instruction] = []
         self._places: dict[Any, int] = {}
+        self._contents: dict[int, Any] = {}
         self._rows: list[list[int]] = []
         self._widths: list[int] = []
         self._registers = REGISTERS[0]
@@ -79,8 +80,7 @@ class Interpreter:
         if key not in self._places:
             self._places[key] = len(self._targets)
             self._targets.append(item)
-            if item.data is not None:
-                self.tables.content(item.data)  # before any launch is recorded
+            self._contents |= self.tables.contents_of((item,))  # before any launch is recorded
             for k, width in enumerate(OPERATIONS[item.operation].widths):
                 if k == len(self._widths):
                     self._widths.append(1)
@@ -140,7 +140,7 @@ class Interpreter:
             mi = tables.mi
             given = [part if width == 3 else part[0] for part, width in zip(operands, of.widths, strict=False)]
             data = () if item.data is None else (item.data,)
-            found = of.function(DrJit(tables, si, mi.Bool(active)), *given, *data, *item.settings)
+            found = of.function(DrJit(tables, si, mi.Bool(active), self._contents), *given, *data, *item.settings)
             parts = found if isinstance(found, tuple) else (found,) * 3
             red, green, blue = (mi.Float(part) for part in parts)
             return red, green, blue

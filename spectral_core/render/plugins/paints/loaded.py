@@ -48,21 +48,20 @@ class TracedProgram:
         for instruction in program.instructions:
             self.offsets.append(count)
             count += len(instruction.values)
-            if instruction.data is not None:
-                # now: what is first read within a recorded launch may be freed before it is replayed
-                tables.content(instruction.data)
+        # now: what is first read within a recorded launch may be freed before it is replayed
+        self.contents = tables.contents_of(program.instructions)
 
     def take_contents(self, program: Program) -> None:
         """Read the images and tables of ``program`` from now on, which has the same structure."""
         for mine, given in zip(self.program.instructions, program.instructions, strict=True):
             if mine.data is not None and mine.data is not given.data:
                 self.tables.replace(mine.data, given.data)
-        self.program = program
+        self.program, self.contents = program, self.tables.contents_of(program.instructions)
 
     def value(self, numbers: Any, start: Any, si: Any, active: Any) -> Any:
         """Value at a hit point: one number or three; ``start``: index of its first entry in ``numbers``."""
         mi, dr = self.tables.mi, self.tables.dr
-        backend = DrJit(self.tables, si, mi.Bool(active))
+        backend = DrJit(self.tables, si, mi.Bool(active), self.contents)
         results: list[Any] = []
         for place, instruction in enumerate(self.program.instructions):
             offset = start + self.offsets[place]

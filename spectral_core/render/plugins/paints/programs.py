@@ -13,17 +13,20 @@ from spectral_core.render.plugins.paints.pixels import pixel_width, step_along
 from spectral_core.render.plugins.paints.probes import Probes
 from spectral_core.render.plugins.paints.ray_marks import SINGULAR, read_mark
 from spectral_core.render.plugins.paints.remainder import exact_remainder
-from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name
+from spectral_core.render.plugins.paints.tables import SceneTables, attribute_name, data_number
 from spectral_core.render.plugins.vertex_normals import normal_at
 from spectral_core.scene.rays import Rays
 from spectral_core.scene.shading.geometry import shifted_by, step_of
 
 
 class DrJit:
-    """Operations of shading programs on Dr.Jit arrays, at one hit point."""
+    """Operations of shading programs on Dr.Jit arrays, at one hit point.
 
-    def __init__(self, tables: SceneTables, si: Any, active: Any) -> None:
-        self.tables, self.si, self.active = tables, si, active
+    ``contents``: the program's images, ramps and curves (``SceneTables.contents_of``).
+    """
+
+    def __init__(self, tables: SceneTables, si: Any, active: Any, contents: dict[int, Any] | None = None) -> None:
+        self.tables, self.si, self.active, self._contents = tables, si, active, contents or {}
         self.mi, self.dr = tables.mi, tables.dr
         dr = self.dr
         self.sin, self.cos, self.tan, self.atan, self.exp, self.log = dr.sin, dr.cos, dr.tan, dr.atan, dr.exp, dr.log
@@ -80,18 +83,18 @@ class DrJit:
 
     def entry(self, table: Any, index: Any, column: int) -> Any:
         """Entry of a table at whole-numbered rows."""
-        values, last = self.tables.table(table)
+        values, last = self._contents[data_number(table)]
         row = self.mi.UInt32(self.dr.clip(index, 0.0, last))
         return self.dr.gather(self.mi.Float, values, row * table.shape[1] + column, self.active)
 
     def last_row(self, table: Any) -> Any:
         """Number of the last row of a table."""
-        return self.tables.table(table)[1]
+        return self._contents[data_number(table)][1]
 
     def texel(self, image: Any, column: Any, row: Any) -> tuple[Any, Any, Any, Any]:
         """Stored color and alpha at whole-numbered places inside the image."""
         mi, dr = self.mi, self.dr
-        stored, width, _, is_bytes = self.tables.image(image)
+        stored, width, _, is_bytes = self._contents[data_number(image)]
         place = mi.UInt32(row) * mi.UInt32(width) + mi.UInt32(column)
         if is_bytes:
             word = dr.gather(mi.UInt32, stored, place, self.active)
@@ -100,7 +103,7 @@ class DrJit:
 
     def size(self, image: Any) -> tuple[Any, Any]:
         """Width and height of an image."""
-        return self.tables.image(image)[1:3]
+        return self._contents[data_number(image)][1:3]
 
     def open_share(self, normal: Any, distance: Any, samples: int, inside: bool, own: bool) -> Any:
         """Ambient Occlusion: share of rays from the hit that meet nothing within a distance.

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import weakref
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 from spectral_core.render.plugins.numbers import own_copy
 from spectral_core.render.plugins.numbers import table as device_table
 from spectral_core.render.plugins.placing import cofactors, is_regular
+from spectral_core.scene.shading import Instruction
 
 ROW = 33
 """Numbers per placed object: 12 of object from world, 12 of world from object, color (4), index, random, its own, and
@@ -22,6 +24,11 @@ the cosine and the frequency of its shadow terminator.
 def attribute_name(name: str) -> str:
     """Mitsuba's name of the vertex attribute that a program calls ``name``."""
     return "vertex_" + name.encode().hex()
+
+
+def data_number(data: Any) -> int:
+    """Number of the pixels of an image, or of a table."""
+    return id(getattr(data, "pixels", data))
 
 
 def _inverse(matrix: np.ndarray) -> np.ndarray:
@@ -63,8 +70,9 @@ class SceneTables:
     _buffer: Any = None
     _last: Any = None
     _camera: Any = None
-    _images: dict[int, Any] = field(default_factory=dict)
-    _kept: list[Any] = field(default_factory=list)
+    _images: dict[int, tuple[Any, Any]] = field(default_factory=dict)
+    """By the number of an image's pixels or of a table: these, which keep their number so, and what is on the device.
+    """
 
     def __post_init__(self) -> None:
         self.first_target = self.dr.opaque(self.mi.UInt32, 0)
@@ -211,13 +219,26 @@ class SceneTables:
                 if is_bytes
                 else own_copy(self.mi.Float, full.astype(np.float32, copy=False))
             )
-            self._images[id(pixels)] = (stored, self.number(width), self.number(height), is_bytes)
-            self._kept.append(pixels)
-        return self._images[id(pixels)]
+            self._images[id(pixels)] = pixels, (stored, self.number(width), self.number(height), is_bytes)
+        return self._images[id(pixels)][1]
 
     def content(self, data: Any) -> Any:
         """An image, a ramp or a curve on the device."""
         return self.table(data) if isinstance(data, np.ndarray) else self.image(data)
+
+    def contents_of(self, instructions: Iterable[Instruction]) -> dict[int, Any]:
+        """What a program reads of images, ramps and curves, by the number of their data: references of its own.
+
+        Programs that read one image may read two after an edit. Dr.Jit tells by the references of each program which
+        of them read the same array, and does not replay a launch that was recorded when others did.
+        """
+        data = [item.data for item in instructions if item.data is not None]
+        return {
+            data_number(each): tuple(
+                type(part)(part) if self.dr.is_array_v(part) else part for part in self.content(each)
+            )
+            for each in data
+        }
 
     def replace(self, old: Any, new: Any) -> None:
         """Replace the contents of an image or table by another of the same size; equal contents are not copied."""
@@ -225,10 +246,9 @@ class SceneTables:
         if id(before) not in self._images or before is after:
             return
         place, is_equal = list(self._images).index(id(before)), np.array_equal(before, after)
-        kept = self._images.pop(id(before))
+        _, kept = self._images.pop(id(before))
         if is_equal:
-            self._images[id(after)] = kept
-            self._kept.append(after)
+            self._images[id(after)] = after, kept
         else:
             self.content(new)
         # the same index in the order by which recorded launches identify their arrays
@@ -239,6 +259,5 @@ class SceneTables:
     def table(self, table: np.ndarray) -> Any:
         """A ramp or curve on the device."""
         if id(table) not in self._images:
-            self._images[id(table)] = (device_table(self.mi.Float, table), self.number(len(table) - 1))
-            self._kept.append(table)
-        return self._images[id(table)]
+            self._images[id(table)] = table, (device_table(self.mi.Float, table), self.number(len(table) - 1))
+        return self._images[id(table)][1]
