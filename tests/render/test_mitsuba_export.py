@@ -60,22 +60,24 @@ pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scen
 PLAIN = """
 import sys, numpy, mitsuba
 mitsuba.set_variant(sys.argv[1])
-scene = mitsuba.load_file(sys.argv[2])
-numpy.save(sys.argv[3], numpy.array(mitsuba.render(scene, spp=int(sys.argv[4]), seed=3)))
+for path in sys.argv[4:]:
+    numpy.save(path + sys.argv[2], numpy.array(mitsuba.render(mitsuba.load_file(path), spp=int(sys.argv[3]), seed=3)))
 assert not [name for name in sys.modules if name.startswith(("spectral_core", "blender_addon"))]
 """
 GRID = SpectralGrid(np.arange(380.0, 781.0, 5.0))
 
 
-def plain_picture(scene: Scene, folder: Path, *, spectral: bool, samples: int) -> Any:
-    """Pixels (height, width, 3), row 0 at the bottom, by a Python that never sees this package."""
-    made = write_mitsuba(scene, folder)
-    picture = folder.parent / "picture.npy"
-    variant = "llvm_ad_spectral" if spectral else "llvm_ad_rgb"
-    command = [sys.executable, "-c", PLAIN, variant, str(made.scene), str(picture), str(samples)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=folder.parent)
+def plain_pictures(scenes: dict[Path, Scene], *, variant: str, samples: int) -> list[Any]:
+    """Pixels (height, width, 3) by folder, row 0 at the bottom, by a Python that never sees this package."""
+    paths = [str(write_mitsuba(scene, folder).scene) for folder, scene in scenes.items()]
+    command = [sys.executable, "-c", PLAIN, variant, ".npy", str(samples), *paths]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=next(iter(scenes)).parent)
     assert done.returncode == 0, done.stderr
-    return np.load(picture)[::-1, :, :3]
+    return [np.load(path + ".npy")[::-1, :, :3] for path in paths]
+
+
+def plain_picture(scene: Scene, folder: Path, **how: Any) -> Any:
+    return plain_pictures({folder: scene}, **how)[0]
 
 
 def turned(axis: int, degrees: float, translation: tuple[float, float, float]) -> Any:
@@ -140,7 +142,7 @@ def tiles(pixels: Any, size: int = 6) -> Any:
 def test_mitsuba_alone_renders_the_same_box(tmp_path: Path, transport: str) -> None:
     """Means of 6 × 6 pixels agree within the noise, the whole within 1.5 %; a flipped image or a shift is far off."""
     scene = box(transport=transport)
-    theirs = plain_picture(scene, tmp_path / "scene", spectral=transport == "spectral", samples=512)
+    theirs = plain_picture(scene, tmp_path / "scene", variant=f"llvm_ad_{transport}", samples=512)
     ours = render_scene(scene).pixels[..., :3]
 
     assert theirs.mean(axis=(0, 1)) == pytest.approx(ours.mean(axis=(0, 1)), rel=0.015)
@@ -159,9 +161,10 @@ def test_lights_have_the_brightness_of_ours(tmp_path: Path) -> None:
         "sharp sun": SunLight(name="L", world_from_light=turned(0, 40, (0, 0, 3)), irradiance=2.0, angle_rad=0.0),
         "ellipse": AreaLight(name="L", world_from_light=down, power_w=50, size=(1.0, 0.5), shape="ellipse"),
     }
-    for name, light in lights.items():
-        scene = lit_plane(light, film=Film(4, 4, samples=256))
-        theirs = plain_picture(scene, tmp_path / name, spectral=False, samples=1024)
+    scenes = {name: lit_plane(light, film=Film(4, 4, samples=256)) for name, light in lights.items()}
+    by_folder = {tmp_path / name: scene for name, scene in scenes.items()}
+    pictures = plain_pictures(by_folder, variant="scalar_rgb", samples=1024)
+    for (name, scene), theirs in zip(scenes.items(), pictures, strict=True):
         assert theirs.mean() == pytest.approx(render_scene(scene).pixels[..., :3].mean(), rel=0.015), name
 
 
@@ -212,7 +215,7 @@ def everything() -> Scene:
 
 @pytest.mark.parametrize("variant", ["rgb", "spectral"])
 def test_everything_loads_and_what_mitsuba_lacks_is_named(tmp_path: Path, variant: str) -> None:
-    pixels = plain_picture(everything(), tmp_path / "scene", spectral=variant == "spectral", samples=16)
+    pixels = plain_picture(everything(), tmp_path / "scene", variant=f"llvm_ad_{variant}", samples=16)
     assert np.isfinite(pixels).all() and pixels.mean() > 0.05
     listed = json.loads((tmp_path / "scene" / "export.json").read_text("utf-8"))
     notes = {f"{note['subject']}: {note['message']}" for note in listed["notes"]}

@@ -90,7 +90,8 @@ def test_the_plan_notes_the_light_that_clamping_removes():
     assert plan.clamped_share == pytest.approx(1 - means[1] / means[0], rel=0.1)
     assert f"clamping removes about {100 * plan.clamped_share:.0f} % of the light" in plan.notes[0].message
     high = replace(scene, settings=replace(scene.settings, light_paths=LightPaths(clamp_indirect=1e6)))
-    assert plan_effects(high).clamped_share == 0 and not plan_effects(high).notes
+    unclamped = plan_effects(high)
+    assert unclamped.clamped_share == 0 and not unclamped.notes
 
 
 def everything_on_rgb(scene):
@@ -129,7 +130,7 @@ def _picture(scene, bounces):
 
 def test_a_larger_tolerance_never_omits_less():
     scene = corner(world=World(gray(0.02)))
-    kept = [plan_effects(scene, tolerance) for tolerance in (0.0, 0.1, 1.0, 3.0, 10.0)]
+    kept = [plan_effects(scene, tolerance) for tolerance in (0.0, 0.1, 1.0, 10.0)]
     for before, after in itertools.pairwise(kept):
         assert after.accepted <= after.tolerance_delta_e + 1e-9
         for name in ("bounces", "diffuse_bounces"):

@@ -31,15 +31,20 @@ from tests.render.scenes import matrix, sphere_mesh
 pytest.importorskip("mitsuba")
 
 
-def _ball(surface, transport="rgb", samples=64, seed=0, whole=False):
-    """Mean color of the center of a ball under a uniform sky; ``whole``: its pixels."""
+def _ball(surface, transport="rgb", samples=64, seed=0, whole=False, among=()):
+    """Mean color of the center of a ball under a uniform sky; ``whole``: its pixels.
+
+    ``among``: surfaces, the ball's own too, of which the others are far off; scenes of equal ones share their kernel.
+    """
     camera = Camera(world_from_camera=matrix((0, 0, 4)), field_of_view_rad=0.25)
+    surfaces = among or (surface,)
+    places = [np.eye(4) if each is surface else matrix((200.0 * (k + 1), 0, 0)) for k, each in enumerate(surfaces)]
     scene = Scene(
         camera=camera,
         film=Film(8, 8, samples=samples, seed=seed),
         meshes=(sphere_mesh(24),),
-        materials=(Material("m", surface),),
-        instances=(Instance("ball", "sphere", np.eye(4), ("m",)),),
+        materials=tuple(Material(f"m{k}", each) for k, each in enumerate(surfaces)),
+        instances=tuple(Instance(f"ball {k}", "sphere", place, (f"m{k}",)) for k, place in enumerate(places)),
         world=World(gray(1.0)),
         settings=RenderSettings(transport=transport, max_bounces=8),
     )
@@ -83,10 +88,10 @@ def test_short_paths_look_diffuse():
 
 def test_transports_agree_and_principled_has_its_share():
     color = Color([0.7, 0.4, 0.2])
-    whole = {transport: _ball(Principled(color, subsurface_weight=1.0, subsurface_scale=0.2), transport)
-             for transport in ("rgb", "spectral")}  # fmt: skip
+    pair = Principled(color, subsurface_weight=1.0, subsurface_scale=0.2), Principled(color)
+    whole = {transport: _ball(pair[0], transport, among=pair) for transport in ("rgb", "spectral")}
     np.testing.assert_allclose(whole["spectral"], whole["rgb"], rtol=0.06)
-    plain = _ball(Principled(color))
+    plain = _ball(pair[1], among=pair)
     assert np.all(whole["rgb"] > 0.85 * plain)
     assert np.all(whole["rgb"] < 1.02 * plain)
 
@@ -96,14 +101,15 @@ def test_a_coat_colors_light_that_enters_below_it(transport):
     """Light of a short radius has the color of the diffuse part below the same coat, alone and mixed."""
     coated = Principled(gray(0.7), coat_weight=1.0, coat_tint=Color([0.2, 0.6, 0.9]))
     values = {"subsurface_weight": 1.0, "subsurface_radius": (1.0, 1.0, 1.0), "subsurface_scale": 0.01}
-    matt, below = _ball(coated, transport), replace(coated, **values)
+    below = replace(coated, **values)
+    white = replace(below, coat_tint=gray(1.0))
+    surfaces = coated, below, white, MixSurface(0.5, below, white)
+    matt, colored, plain, mixed = (_ball(each, transport, among=surfaces) for each in surfaces)
     assert matt[0] < 0.7 * matt[2]
-    share = _ball(below, transport) / matt
+    share = colored / matt
     np.testing.assert_allclose(share, share.mean(), rtol=0.02)
     assert 0.85 < share.mean() < 1.02
-    white = replace(below, coat_tint=gray(1.0))
-    mixed = (_ball(below, transport) + _ball(white, transport)) / 2
-    np.testing.assert_allclose(_ball(MixSurface(0.5, below, white), transport), mixed, rtol=0.03)
+    np.testing.assert_allclose(mixed, (colored + plain) / 2, rtol=0.03)
 
 
 def _through(model, thickness, anisotropy, seed):

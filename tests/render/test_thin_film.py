@@ -19,6 +19,8 @@ from spectral_core.scene import Film as Raster
 from spectral_core.scene import (
     Glass,
     ImageTexture,
+    Instance,
+    Material,
     Metal,
     PointLight,
     Principled,
@@ -116,16 +118,26 @@ def test_a_film_of_zero_thickness_changes_nothing():
 
 
 @pytest.mark.parametrize("transport", ["rgb", "spectral"])
-@pytest.mark.parametrize("surface", [Metal(gray(0.6), gray(0.5), 0.1), Principled(gray(0.0), roughness=0.1)])
-def test_an_image_sets_the_thickness(surface, transport):
+def test_an_image_sets_the_thickness(transport):
+    """Of metal and of a dark coat: six planes side by side, seen one at a time with one kernel."""
     texture = ImageTexture("film", np.full((2, 2, 1), 420.0, np.float32), "linear")
-    shown = []
-    for thickness in (420.0, texture, 0.0):
-        coated = replace(surface, thin_film_thickness=thickness, thin_film_ior=1.8)
-        scene = lit_plane(surface=coated, transport=transport, world=World(gray(1.0)), film=Raster(4, 4, samples=64))
-        shown.append(render_scene(scene).pixels[..., :3].mean(axis=(0, 1)))
-    np.testing.assert_allclose(shown[0], shown[1], rtol=0.03)
-    assert np.abs(shown[0] - shown[2]).max() > 0.02
+    surfaces = Metal(gray(0.6), gray(0.5), 0.1), Principled(gray(0.0), roughness=0.1)
+    coated = [
+        replace(surface, thin_film_thickness=thickness, thin_film_ior=1.8)
+        for surface in surfaces
+        for thickness in (420.0, texture, 0.0)
+    ]
+    table = lit_plane(transport=transport, world=World(gray(1.0)), film=Raster(4, 4, samples=64))
+    scene = replace(
+        table,
+        materials=tuple(Material(f"m{k}", each) for k, each in enumerate(coated)),
+        instances=tuple(Instance(f"i{k}", "plane", matrix((100.0 * k, 0, 0)), (f"m{k}",)) for k in range(6)),
+    )
+    cameras = [replace(table.camera, world_from_camera=matrix((100.0 * k, 0, 2.0))) for k in range(6)]
+    shown = [render_scene(replace(scene, camera=each)).pixels[..., :3].mean(axis=(0, 1)) for each in cameras]
+    for first in (0, 3):
+        np.testing.assert_allclose(shown[first], shown[first + 1], rtol=0.03)
+        assert np.abs(shown[first] - shown[first + 2]).max() > 0.02
 
 
 @pytest.mark.parametrize("name", ["Glass, thin film", "Metal, thin film", "Principled, thin film"])

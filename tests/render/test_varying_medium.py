@@ -44,14 +44,21 @@ def grid_of(shape, **values):
     return MediumGrid(world_from_index, **{name: np.asarray(v, np.float32) for name, v in values.items()})
 
 
-def column(medium, *, lamps=(LAMP,), transport="rgb", world=None, transparent=False, samples=1024):
-    """A narrow view down through the box; single scattering."""
+def column(medium, *, lamps=(LAMP,), transport="rgb", world=None, transparent=False, samples=1024, among=()):
+    """A narrow view down through the box; single scattering.
+
+    ``among``: media, the box's own too, of which the others are far off; scenes of equal ones share their kernel.
+    """
+    media = among or (medium,)
+    places = [np.diag([*SIZE, 1.0]) for _ in media]
+    for k, place in enumerate(places):
+        place[0, 3] = 0.0 if media[k] is medium else 500.0 * (k + 1)
     return Scene(
         camera=Camera(world_from_camera=matrix((0, 0, 4.0)), field_of_view_rad=5e-4, near=0.01),
         film=Film(16, 16, samples=samples, transparent=transparent),
         meshes=(box(),),
-        materials=(Material("fog", None, medium),),
-        instances=(Instance("cube", "box", np.diag([*SIZE, 1.0]), ("fog",)),),
+        materials=tuple(Material(f"fog {k}", None, each) for k, each in enumerate(media)),
+        instances=tuple(Instance(f"cube {k}", "box", place, (f"fog {k}",)) for k, place in enumerate(places)),
         lights=lamps,
         world=World(color=gray(0.0)) if world is None else world,
         settings=RenderSettings(transport=transport, max_bounces=0, light_paths=LightPaths(volume=0)),
@@ -92,11 +99,13 @@ def test_a_grid_of_ones_is_the_homogeneous_medium(transport):
     plain = replace(plain, emission_strength=0.3, anisotropy=0.4)
     ones = np.ones((9, 7, 5))
     varying = replace(plain, grid=grid_of(ones.shape, scattering=ones, absorption=ones, emission=ones))
-    white = World(color=gray(0.5))
+    white, pair = World(color=gray(0.5)), (plain, varying)
     free = RenderSettings(transport=transport)
     one, two = (
-        render_scene(replace(column(m, transport=transport, world=white), settings=free)).pixels[..., :3].mean((0, 1))
-        for m in (plain, varying)
+        render_scene(replace(column(m, transport=transport, world=white, among=pair), settings=free))
+        .pixels[..., :3]
+        .mean((0, 1))
+        for m in pair
     )
     np.testing.assert_allclose(two, one, rtol=0.015)
 
@@ -113,7 +122,10 @@ def test_colors_of_a_grid_scatter_absorb_and_emit(transport):
     varying = replace(
         plain, grid=grid_of((4, 4, 4), scattering=whole(scatters), absorption=whole(absorbs), emission=whole(glows))
     )
-    one, two = (render_scene(column(m, transport=transport)).pixels[..., :3].mean((0, 1)) for m in (plain, varying))
+    one, two = (
+        render_scene(column(m, transport=transport, among=(plain, varying))).pixels[..., :3].mean((0, 1))
+        for m in (plain, varying)
+    )
     # a product of upsampled colors is another spectrum than their sums, so spectral colors differ a little
     np.testing.assert_allclose(two, one, rtol=0.01 if transport == "rgb" else 0.03)
 
@@ -151,7 +163,9 @@ def test_a_spectral_medium_varies_in_its_amount_alone():
     plain = replace(made, density=depth / 2, grid=None)
     lit = World(color=illuminant("A"), strength=1.0)
     one, two = (
-        render_scene(column(m, lamps=(), transport="spectral", world=lit)).pixels[..., :3].mean((0, 1))
+        render_scene(column(m, lamps=(), transport="spectral", world=lit, among=(plain, made)))
+        .pixels[..., :3]
+        .mean((0, 1))
         for m in (plain, made)
     )
     np.testing.assert_allclose(two, one, rtol=0.02, atol=0.006)

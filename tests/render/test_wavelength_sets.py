@@ -20,7 +20,7 @@ GRID = SpectralGrid(WAVELENGTHS_NM)
 GRAY = Spectrum("gray", GRID, np.full(471, 0.5))
 ROUGH = Spectrum("rough", GRID, np.random.default_rng(5).random(471))
 RED = reflectance_from_rgb([0.6, 0.1, 0.1], GRID)
-FINE = 64
+FINE = 24
 """Positions within a step."""
 
 

@@ -19,7 +19,7 @@ from spectral_core.render.plan.light.reflections import USUAL_DIRECT, diffuse_le
 from spectral_core.render.plan.light.sizes import largest_light
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
-from spectral_core.render.plan.volume_bound import error_of_volumes
+from spectral_core.render.plan.volume_bound import error_of_media, error_of_volumes
 from spectral_core.scene import Material, PointLight, RayPortal, Scene, SpotLight, leaves
 from spectral_core.scene.geometry import placed_boxes
 
@@ -59,7 +59,7 @@ class Found:
         if "World" in self.inventory.scattering:
             return True
         media = [material for material in self.materials if material.name in self.inventory.scattering]
-        return sum(bounds.error_of_medium(self.scene, material, self.ways) for material in media) > THIN
+        return error_of_media(self.scene, self.materials, media, lights_vary=self.lights_vary) > THIN
 
     @property
     def ways(self) -> float:
@@ -148,7 +148,7 @@ def _media(found: Found) -> Effect:
         return absent("media", "no material has a volume", MEDIA_SHARE)
     carriers = [material for material in found.materials if material.medium is not None]
     depths = [bounds.optical_depth(found.scene, material) for material in carriers]
-    error = sum(bounds.error_of_medium(found.scene, material, found.ways) for material in carriers)
+    error = error_of_media(found.scene, found.materials, carriers, lights_vary=found.lights_vary)
     if found.scene.world.medium is not None:  # the world's medium is unbounded
         depths.append(float("inf"))
         error = 100.0

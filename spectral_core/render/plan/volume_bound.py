@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bound on the color error of omitting sampled volumes: what they absorb, and the light that they add."""
+"""Bounds on the color error of omitting media and sampled volumes: what they absorb, and the light that they add."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from spectral_core.render.plan.bounds import error_of_light, error_of_share, irradiance_along
-from spectral_core.render.plan.light.sizes import largest_light
-from spectral_core.scene import Scene
+from spectral_core.render.plan.bounds import (
+    error_of_light,
+    error_of_medium,
+    error_of_share,
+    irradiance_along,
+    optical_depth,
+)
+from spectral_core.render.plan.light.reflections import reflected_radiance, ways_of_light
+from spectral_core.render.plan.light.sizes import largest_light, largest_size
+from spectral_core.scene import Material, Scene
 from spectral_core.scene.geometry import VolumeObject, index_box, placed, unit_box
 from spectral_core.volume.transfer import interpolate
 
@@ -15,6 +22,24 @@ DENSEST = 0.2
 """Optical depth beyond which a volume is not bounded."""
 MOST_VOXELS = 1 << 21
 """Most voxels that are searched for the least and largest value; more would delay an edit of the scene."""
+
+
+def error_of_media(
+    scene: Scene, materials: list[Material], carriers: list[Material], *, lights_vary: bool = False
+) -> float:
+    """ΔE2000 of omitting the media of ``carriers``, with the light that ``materials``, all that a ray may hit, reflect
+    to them: walls far from a lamp may send more of it into haze than the lamp itself does.
+    """
+    if not carriers:
+        return 0.0
+    ways = ways_of_light(materials)
+    walls = reflected_radiance(scene, materials, lights_vary=lights_vary)
+    error = 0.0
+    for material in carriers:
+        if material.medium is not None:
+            scattered = optical_depth(scene, material) * largest_size(material.medium.color)
+            error += error_of_medium(scene, material, ways) + error_of_light(scattered * walls)
+    return error
 
 
 def error_of_volumes(scene: Scene, ways: float = 2.0) -> float:

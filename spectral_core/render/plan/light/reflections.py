@@ -106,6 +106,21 @@ def diffuse_error(direct: float, reflectance: float, bounces: int) -> float:
     return max(later / (2 * 0.025), min(bounds.error_of_light(direct * later), MOST_ERROR))
 
 
+def reflected_radiance(scene: Scene, materials: list[Material], *, lights_vary: bool = False) -> float:
+    """Largest radiance of surfaces by light that they reflect once or more often, over white.
+
+    Without that of the world, which is never larger than the world's own.
+    """
+    sums = ways_of_light(materials) - 1.0  # 1 / (1 - ρ)
+    if sums <= 1.0:
+        return 0.0
+    if lights_vary:
+        return sums * USUAL_DIRECT
+    solid = {material.name for material in materials if material.surface is not None}
+    shown = tuple(item for item in scene.instances if not solid.isdisjoint(item.materials))  # no borders of media
+    return sums * direct_radiance(replace(scene, world=World(), instances=shown), materials, 1.0 - 1.0 / sums)
+
+
 def direct_radiance(scene: Scene, materials: list[Material], reflectance: float) -> float:
     """Largest radiance of a diffuse surface that lamps, emissive surfaces and the world light, over white."""
     around = bounds.radiances(replace(scene, lights=()), materials)
