@@ -27,6 +27,7 @@ MAX_NODES = 400
 MAX_DEPTH = 40
 MAX_NUMBER = 1e300
 MAX_TEXT = 200
+"""Most characters of a text that an expression states."""
 Column = NDArray[Any]
 
 _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -103,9 +104,13 @@ def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | st
 
 
 def as_column(values: Sequence[Any]) -> Column:
-    """A column with a text as texts, any other as float64; a missing value is empty, or NaN."""
+    """A column with a text as texts, any other as float64; a missing value is empty, or NaN.
+
+    Long texts are an array of objects, as an array of texts has the memory of the longest in each row.
+    """
     if any(isinstance(value, str) for value in values):
-        return np.array(["" if value is None else str(value)[:MAX_TEXT] for value in values])
+        texts = ["" if value is None else str(value) for value in values]
+        return np.array(texts, dtype=object if max(map(len, texts)) > MAX_TEXT else str)
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
 
 
@@ -280,13 +285,14 @@ def _chosen(test: Any, body: Any, otherwise: Any) -> NDArray[Any]:
 
 
 def _is_text(value: Any) -> bool:
-    return np.asarray(value).dtype.kind in "US"
+    return np.asarray(value).dtype.kind in "USO"
 
 
 def _written(value: Any) -> Column:
     """Numbers, and texts that state one, as the text of each: 3 for 3.0, empty where it is missing; others as is."""
     array = np.asarray(value)
-    return np.array([_text_of(each) for each in array.ravel().tolist()], dtype=str).reshape(array.shape)
+    kind = object if array.dtype.kind == "O" else str
+    return np.array([_text_of(each) for each in array.ravel().tolist()], dtype=kind).reshape(array.shape)
 
 
 def _text_of(value: Any) -> str:
