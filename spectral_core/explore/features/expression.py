@@ -26,8 +26,7 @@ MAX_LENGTH = 2000
 MAX_NODES = 400
 MAX_DEPTH = 40
 MAX_NUMBER = 1e300
-MAX_TEXT = 200
-"""Most characters of a text that an expression states."""
+MAX_TEXT = 200  # of a text that an expression states
 Column = NDArray[Any]
 
 _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -104,12 +103,10 @@ def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | st
 
 
 def as_column(values: Sequence[Any]) -> Column:
-    """A column with a text as texts, any other as float64; a missing value is empty, or NaN.
-
-    Long texts are an array of objects, as an array of texts has the memory of the longest in each row.
-    """
+    """A column with a text as texts, any other as float64; a missing value is empty, or NaN."""
     if any(isinstance(value, str) for value in values):
         texts = ["" if value is None else str(value) for value in values]
+        # long ones as objects: an array of texts has the memory of the longest in each row
         return np.array(texts, dtype=object if max(map(len, texts)) > MAX_TEXT else str)
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
 
