@@ -69,8 +69,7 @@ CONSTANTS = {"pi": np.pi, "e": np.e, "nan": np.nan, "inf": np.inf}
 def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | str | None]:
     """Value of an expression at each row; None if it is no finite number.
 
-    Raises InvalidInputError for anything but arithmetic over the columns, UnknownNameError for a column that is not
-    there.
+    Raises InvalidInputError for anything but arithmetic over the columns, UnknownNameError for an absent column.
     """
     require_readable(text, columns)
     tree = parse(text)
@@ -106,8 +105,8 @@ def as_column(values: Sequence[Any]) -> Column:
     """A column with a text as texts, any other as float64; a missing value is empty, or NaN."""
     if any(isinstance(value, str) for value in values):
         texts = ["" if value is None else str(value) for value in values]
-        # long ones as objects: an array of texts has the memory of the longest in each row
-        return np.array(texts, dtype=object if max(map(len, texts)) > MAX_TEXT else str)
+        is_long = max(map(len, texts)) > MAX_TEXT  # an array of texts has the memory of the longest in each row
+        return np.array(texts, object if is_long else str)
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
 
 
@@ -288,8 +287,8 @@ def _is_text(value: Any) -> bool:
 def _written(value: Any) -> Column:
     """Numbers, and texts that state one, as the text of each: 3 for 3.0, empty where it is missing; others as is."""
     array = np.asarray(value)
-    kind = object if array.dtype.kind == "O" else str
-    return np.array([_text_of(each) for each in array.ravel().tolist()], dtype=kind).reshape(array.shape)
+    texts = [_text_of(each) for each in array.ravel().tolist()]
+    return np.array(texts, object if array.dtype.kind == "O" else str).reshape(array.shape)
 
 
 def _text_of(value: Any) -> str:
