@@ -265,7 +265,7 @@ def _note_fonts(columns: dict[str, Any]) -> None:
     from spectral_core.explore.features.expression import as_column
     from spectral_core.explore.page.fonts import without_font
 
-    texts = (str(text) for values in columns.values() if as_column(values).dtype.kind == "U" for text in set(values))
+    texts = (str(text) for values in columns.values() if as_column(values).dtype.kind != "f" for text in set(values))
     missing = without_font([*columns, *texts])
     if missing:
         print(

@@ -4,6 +4,9 @@
 from __future__ import annotations
 
 import ast
+import contextlib
+import copy
+import io
 import random
 import shutil
 import sys
@@ -38,9 +41,7 @@ def test_traced():
 """
 
 
-@pytest.fixture
-def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    root = tmp_path / "tree"
+def _small_tree(root: Path) -> Path:
     for folder in ("spectral_core/room", "tests", "benchmarks/program/cases"):
         (root / folder).mkdir(parents=True)
     packages = ("spectral_core", "spectral_core/room", "benchmarks", "benchmarks/program", "benchmarks/program/cases")
@@ -50,15 +51,34 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (root / "tests/test_part.py").write_text(TESTS)
     (root / "pytest.ini").write_text("[pytest]\nmarkers = slow\n")
     shutil.copy(Path(mutation.__file__).parent / "cases/touched.py", root / "benchmarks/program/cases")
-    monkeypatch.setattr(mutation, "ROOMS", {"spectral_core/room": ["tests"]})
     return root
 
 
+@pytest.fixture(autouse=True)
+def rooms(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mutation, "ROOMS", {"spectral_core/room": ["tests"]})
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    return _small_tree(tmp_path / "tree")
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Callers, str]:
+    """A folder with the small tree and its records, and what was printed while they were made."""
+    folder, printed = tmp_path_factory.mktemp("recorded"), io.StringIO()
+    with pytest.MonkeyPatch.context() as patched, contextlib.redirect_stdout(printed):
+        patched.setattr(mutation, "ROOMS", {"spectral_core/room": ["tests"]})
+        callers = Callers(_small_tree(folder / "tree"), "spectral_core/room", folder / "kept")
+    return folder, callers, printed.getvalue()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of processor time")
-def test_mutants_meet_the_tests_that_call_them_and_no_broken_test(tree: Path, capsys) -> None:
-    callers = Callers(tree, "spectral_core/room")
+def test_mutants_meet_the_tests_that_call_them_and_no_broken_test(tree: Path, recorded) -> None:
+    _, callers, printed = recorded
     assert callers.broken == ["tests/test_part.py::test_broken"]
-    assert "test_broken fails without any mutant" in capsys.readouterr().out
+    assert "test_broken fails without any mutant" in printed
     part = Path("spectral_core/room/part.py")
     names = ["tests/test_part.py::test_sum", "tests/test_part.py::test_traced"]
     ((found, seconds),) = callers.tests_of(part, 2, 3)
@@ -72,24 +92,25 @@ def test_mutants_meet_the_tests_that_call_them_and_no_broken_test(tree: Path, ca
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of processor time")
-def test_records_are_kept_until_the_product_or_the_tests_change(tree: Path, tmp_path: Path, monkeypatch) -> None:
-    recorded = []
+def test_records_are_kept_until_the_product_or_the_tests_change(recorded, tmp_path: Path, monkeypatch) -> None:
+    made, first, _ = recorded
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    tree, kept = tmp_path / "tree", tmp_path / "kept"
+    run = []
     real = mutation._recorded
-    monkeypatch.setattr(mutation, "_recorded", lambda *given: (recorded.append(list(given[1])), real(*given)))
-    kept = tmp_path / "kept"
-    first = Callers(tree, "spectral_core/room", kept)
+    monkeypatch.setattr(mutation, "_recorded", lambda *given: (run.append(list(given[1])), real(*given)))
     again = Callers(tree, "spectral_core/room", kept)
     part = Path("spectral_core/room/part.py")
     assert first.tests_of(part, 2, 3) == again.tests_of(part, 2, 3) and first.broken == again.broken
     (tree / "tests/test_part.py").write_text(TESTS + "\n\ndef test_more():\n    assert kept(1, 1) == 3\n")
     ((names, _),) = Callers(tree, "spectral_core/room", kept).tests_of(part, 2, 3)
     assert "tests/test_part.py::test_more" in names
-    assert recorded == [["tests/test_part.py"], [], ["tests/test_part.py"]]
+    assert run == [[], ["tests/test_part.py"]]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of processor time")
-def test_a_mutant_meets_the_shortest_tests_in_batches_up_to_a_limit(tree: Path) -> None:
-    callers = Callers(tree, "spectral_core/room")
+def test_a_mutant_meets_the_shortest_tests_in_batches_up_to_a_limit(recorded) -> None:
+    callers = copy.copy(recorded[1])
     part, functions = Path("spectral_core/room/part.py"), [["spectral_core/room/part.py", 2]]
     lasting = {"a": 1.0, "b": 30.0, "c": 35.0, "d": 100.0, "e": 90.0}
     callers._records = [

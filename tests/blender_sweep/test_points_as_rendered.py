@@ -20,14 +20,15 @@ from spectral_core.explore.features.picture_files import read_linear
 from spectral_core.explore.sweep.parameters import Parameter, Space
 from tests.blender_sweep.test_sweep_in_blender import scene  # noqa: F401 - a fixture
 
-BALL = 'bpy.data.objects["Ball"]'
-SETTINGS = {
-    "hidden": (f"{BALL}.hide_render", ("off", "on"), "on"),
-    "levels": (f'{BALL}.modifiers["Sub"].render_levels', (0, 3), 3),
-    "blur": ('bpy.data.scenes["Scene"].render.use_motion_blur', ("off", "on"), "on"),
-    "shutter": ('bpy.data.scenes["Scene"].render.motion_blur_shutter', (0.1, 0.9), 0.9),
-    "frame": ('bpy.data.scenes["Scene"].frame_current', (1, 9), 9),
+BALL, RENDER = 'bpy.data.objects["Ball"]', 'bpy.data.scenes["Scene"].render'
+SETTINGS: dict[str, tuple[str, dict[str, Any], Any, Any]] = {
+    "hidden": (f"{BALL}.hide_render", {"kind": "choice", "choices": ("off", "on")}, "off", "on"),
+    "levels": (f'{BALL}.modifiers["Sub"].render_levels', {"low": 0, "high": 3, "kind": "integer"}, 2, 3),
+    "blur": (f"{RENDER}.use_motion_blur", {"kind": "choice", "choices": ("off", "on")}, "on", "off"),
+    "shutter": (f"{RENDER}.motion_blur_shutter", {"low": 0.1, "high": 0.9}, 0.5, 0.9),
+    "frame": ('bpy.data.scenes["Scene"].frame_current', {"low": 1, "high": 9, "kind": "integer"}, 5, 9),
 }
+"""Path of each setting, its values, the one in the file and another one."""
 
 
 @pytest.fixture
@@ -46,6 +47,7 @@ def moving(scene: Any, tmp_path: Path) -> Path:  # noqa: F811
     bpy.context.object.hide_viewport = True
     stage.frame_set(5)
     stage.render.use_motion_blur = True
+    stage.spectral.render.samples = 8  # of few moments
     stage.render.image_settings.file_format = "OPEN_EXR"
     stage.render.image_settings.color_depth = "32"
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
@@ -63,19 +65,20 @@ def rendered(folder: Path, set_value: Any) -> np.ndarray:
     return read_linear(folder / "f12.exr")
 
 
-@pytest.mark.parametrize("name", SETTINGS)
-def test_a_point_is_the_picture_of_f12(moving: Path, name: str) -> None:
+def test_points_are_the_pictures_of_f12(moving: Path) -> None:
     """Sweeps read the scene of the viewport: what only renders hide or subdivide, and motion blur, had no effect."""
-    path, values, chosen = SETTINGS[name]
-    kind: dict[str, Any] = {"kind": "choice", "choices": values} if isinstance(chosen, str) else {
-        "low": values[0], "high": values[1], "kind": "integer" if isinstance(chosen, int) else "real"}  # fmt: skip
-    node = blend_node({"blend": "scene.blend"}, Space((Parameter(name, path=path, **kind),)), moving)
-    expected = rendered(moving, lambda: exec(f"{path} = {True if chosen == 'on' else chosen!r}", {"bpy": bpy}))
+    space = Space(tuple(Parameter(name, path=path, **kind) for name, (path, kind, *_) in SETTINGS.items()))
+    saved = {name: value for name, (*_, value, _) in SETTINGS.items()}
+    points = {"": saved, **{name: {**saved, name: other} for name, (*_, other) in SETTINGS.items()}}
+    node, seed = blend_node({"blend": "scene.blend"}, space, moving), bpy.context.scene.spectral.render.seed
+    found = {name: node(values, seed).pictures[""][..., :3] for name, values in points.items()}
     as_saved = rendered(moving, lambda: None)
-    point = node({name: chosen}, bpy.context.scene.spectral.render.seed).pictures[""][..., :3]
-    np.testing.assert_allclose(point, expected, rtol=1e-5, atol=1e-6)
-    if name != "blur":  # the file has it
-        assert np.abs(expected - as_saved).max() > 0.01
+    np.testing.assert_allclose(found[""], as_saved, rtol=1e-5, atol=1e-6)
+    for name, (path, *_, other) in SETTINGS.items():
+        value = {"on": True, "off": False}.get(other, other)
+        expected = rendered(moving, lambda path=path, value=value: exec(f"{path} = {value!r}", {"bpy": bpy}))
+        np.testing.assert_allclose(found[name], expected, rtol=1e-5, atol=1e-6, err_msg=name)
+        assert np.abs(expected - as_saved).max() > 0.01, name
 
 
 def test_a_point_without_a_camera_fails_with_blenders_reason(moving: Path) -> None:

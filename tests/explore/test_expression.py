@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 import string
 
@@ -11,6 +12,7 @@ import pytest
 
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.explore.features.expression import evaluate
+from spectral_core.explore.page.build import PageTable, page_html
 from spectral_core.explore.sweep.compute.paths import parse_path, set_path
 from spectral_core.explore.sweep.constraints import parse_constraint
 from spectral_core.explore.sweep.parameters import Parameter, Space
@@ -187,3 +189,20 @@ def test_a_column_without_any_text_yet_is_missing_everywhere() -> None:
     assert evaluate('label != ""', columns) == [0.0, 0.0]
     assert evaluate('where(label == "", "none", label)', columns) == ["none", "none"]
     assert evaluate('label < "b"', columns) == [None, None]
+
+
+def test_long_texts_stay_apart() -> None:
+    """Texts were cut after 200 characters: paths in one deep folder became one value, in pages as well."""
+    folder = "/projects/" + 25 * "deep/inside/"
+    names = [f"{folder}a.hdr", f"{folder}b.hdr", None, "none"]
+    columns = {"sky": names, "other": [names[0], names[0], names[0], "none"], "n": [1.0, 2.0, 3.0, 4.0]}
+    assert evaluate("sky == other", columns) == [1.0, 0.0, None, 1.0]
+    assert evaluate("sky < other", columns) == [0.0, 0.0, None, 0.0]
+    assert evaluate("where(n < 2.5, sky, 'x')", columns) == [names[0], names[1], "x", "x"]
+    assert evaluate("where(n < 2.5, sky, n)", columns) == [names[0], names[1], "3", "4"]
+    assert evaluate("isnan(sky)", columns) == [0.0, 0.0, 1.0, 0.0]
+    page = page_html(PageTable("long", "long", columns, list("abcd")), thumbnails=False)
+    packed = json.loads(page.split('id="payload">')[1].split("</script>")[0])["columns"][0]
+    assert packed["texts"] == [names[0], names[1], "", "none"]
+    with pytest.raises(InvalidInputError, match="computes with texts"):
+        evaluate("sky + 1", columns)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -23,11 +24,19 @@ from spectral_core.explore.sweep.store import Store
 from tests.explore.test_sweep import sweep_file
 
 
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a sweep file and its finished sweep of five points."""
+    folder = tmp_path_factory.mktemp("computed")
+    assert main(["sweep", str(sweep_file(folder, budget=5)), "--out", str(folder / "sweep")]) == 0
+    return folder
+
+
 @pytest.fixture
-def finished(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder of a finished sweep of five points."""
+def finished(computed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of a copy of it, which a test may damage."""
     monkeypatch.chdir(tmp_path)
-    assert main(["sweep", str(sweep_file(tmp_path, budget=5))]) == 0
+    shutil.copytree(computed, tmp_path, dirs_exist_ok=True)
     return tmp_path / "sweep.cdb"
 
 
@@ -112,8 +121,8 @@ WRITER = """
     database.execute("PRAGMA journal_mode=WAL")
     database.execute("PRAGMA wal_autocheckpoint=2")
     print("ready", flush=True)
-    number, end = 0, time.monotonic() + float(sys.argv[2])
-    while time.monotonic() < end:
+    number = 0
+    while True:
         database.execute("BEGIN IMMEDIATE")
         for part in range(4):
             database.execute(
@@ -122,7 +131,7 @@ WRITER = """
             )
         database.execute("COMMIT")
         number += 1
-        if sys.argv[3] == "closing":
+        if sys.argv[2] == "closing":
             database.close()
             database = sqlite3.connect(sys.argv[1], isolation_level=None, timeout=60)
             time.sleep(0.05)
@@ -133,22 +142,25 @@ WRITER = """
 def test_a_private_copy_is_consistent_while_another_process_writes(finished: Path, tmp_path: Path, how: str) -> None:
     """The ledger and its log were copied one after the other: points between the two were missing, or half of them."""
     ledger = finished / "ledger.sqlite"
-    command = [sys.executable, "-c", textwrap.dedent(WRITER), str(ledger), "4", how]
+    command = [sys.executable, "-c", textwrap.dedent(WRITER), str(ledger), how]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None
         writer.stdout.readline()
-        counts = []
-        while writer.poll() is None:
-            folder = tmp_path / f"copy{len(counts)}"
-            folder.mkdir()
-            before = _committed(ledger)
-            with sqlite3.connect(copied(ledger, folder)) as copy:
-                assert copy.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-                counts.append(copy.execute("SELECT COUNT(*) FROM points").fetchone()[0])
-            copy.close()
-            assert (counts[-1] - 5) % 4 == 0
-            assert counts[-1] >= before
-    assert len(counts) > 3
+        counts: list[int] = []
+        try:
+            for number in range(40):
+                folder = tmp_path / f"copy{number}"
+                folder.mkdir()
+                before = _committed(ledger)
+                with sqlite3.connect(copied(ledger, folder)) as copy:
+                    assert copy.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+                    counts.append(copy.execute("SELECT COUNT(*) FROM points").fetchone()[0])
+                copy.close()
+                assert (counts[-1] - 5) % 4 == 0
+                assert counts[-1] >= before
+            assert writer.poll() is None
+        finally:
+            writer.kill()
     assert counts[-1] > counts[0]
 
 

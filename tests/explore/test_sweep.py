@@ -98,7 +98,7 @@ def test_a_smaller_region_reuses_every_point_inside(tmp_path: Path, kind: str) -
 
 def test_a_failing_point_is_tried_twice_then_listed_and_the_rest_is_complete(tmp_path: Path) -> None:
     log = tmp_path / "log"
-    sweep = opened(tmp_path, function="sometimes", extra=f"fixed = {{log = {json.dumps(str(log))}}}")
+    sweep = opened(tmp_path, function="sometimes", budget=24, extra=f"fixed = {{log = {json.dumps(str(log))}}}")
     report = sweep.run(sweep.plan(), workers=2)
     bad = [p for p in sweep.store.known_points() if p["a"] > 0.8 or p["b"] > 0.9]
     assert bad == []  # failed points are not finished points

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import atexit
 import base64
 import json
 import os
@@ -34,19 +35,20 @@ def _high_pipe() -> tuple[int, int]:
     return high[0], high[1]
 
 
-class Browser:
-    """One page in one browser. Use it in a ``with`` block."""
+class Chromium:
+    """A headless Chromium that several pages share, as a start takes longer than most checks of a page."""
 
-    def __init__(self, width: int = 1400, height: int = 900, *, dark: bool = False, scale: float = 1.0) -> None:
+    _running: Chromium | None = None
+
+    def __init__(self) -> None:
         path = find_browser()
         if path is None:
             raise FileNotFoundError("no Chromium was found; install one, or name it in the variable CHROMIUM")
         self._profile = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
-        to_browser, self._send = _high_pipe()
-        self._receive, from_browser = _high_pipe()
+        to_browser, self.send = _high_pipe()
+        self.receive, from_browser = _high_pipe()
         flags = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-extensions", "--no-first-run",
-                 f"--user-data-dir={self._profile.name}", f"--window-size={width},{height}",
-                 f"--force-device-scale-factor={scale}", "--remote-debugging-pipe"]  # fmt: skip
+                 f"--user-data-dir={self._profile.name}", "--remote-debugging-pipe"]  # fmt: skip
         # the browser reads commands from descriptor 3 and writes answers to 4
         script = f'exec 3<&{to_browser} 4>&{from_browser}; exec "$0" "$@"'
         self.process = subprocess.Popen(
@@ -55,19 +57,50 @@ class Browser:
         )  # fmt: skip
         os.close(to_browser)
         os.close(from_browser)
-        self._buffer = b""
-        self._number = 0
+        self.buffer = b""
+        self.number = 0
+        atexit.register(self.close)
+
+    @classmethod
+    def running(cls) -> Chromium:
+        """The browser of this process, which ends with it; another one if that is gone."""
+        if cls._running is None or cls._running.process.poll() is not None:
+            if cls._running is not None:
+                cls._running.close()
+            cls._running = cls()
+        return cls._running
+
+    def close(self) -> None:
+        """End the browser."""
+        atexit.unregister(self.close)
+        if Chromium._running is self:
+            Chromium._running = None
+        self.process.kill()
+        self.process.wait()
+        os.close(self.send)
+        os.close(self.receive)
+        self._profile.cleanup()
+
+
+class Browser:
+    """One page with its own cookies and storage, in a browser that is shared. Use it in a ``with`` block."""
+
+    def __init__(self, width: int = 1400, height: int = 900, *, dark: bool = False, scale: float = 1.0) -> None:
+        self._session: str | None = None
         self.errors: list[str] = []
         self.requests: list[str] = []
         self._events: list[dict[str, Any]] = []
+        self._chromium = Chromium.running()
         try:
             self._attach(width, height, dark=dark, scale=scale)
         except BaseException:
-            self.close()
+            self._chromium.close()
             raise
 
     def _attach(self, width: int, height: int, *, dark: bool, scale: float) -> None:
-        target = self._call("Target.createTarget", {"url": "about:blank"})["targetId"]
+        self._context = self._call("Target.createBrowserContext")["browserContextId"]
+        place = {"url": "about:blank", "browserContextId": self._context, "width": width, "height": height}
+        target = self._call("Target.createTarget", place)["targetId"]
         self._session = self._call("Target.attachToTarget", {"targetId": target, "flatten": True})["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
@@ -83,12 +116,13 @@ class Browser:
         self.close()
 
     def close(self) -> None:
-        """End the browser."""
-        self.process.kill()
-        self.process.wait()
-        os.close(self._send)
-        os.close(self._receive)
-        self._profile.cleanup()
+        """Close the page; a browser that does not answer is ended, and the next page gets another one."""
+        if Chromium._running is not self._chromium:
+            return
+        try:
+            self._call("Target.disposeBrowserContext", {"browserContextId": self._context})
+        except (OSError, EOFError, RuntimeError):  # a TimeoutError is an OSError
+            self._chromium.close()
 
     def call(self, method: str, parameters: dict[str, Any] | None = None) -> dict[str, Any]:
         """Call a method of the DevTools protocol for the page."""
@@ -143,14 +177,14 @@ class Browser:
         return path
 
     def _call(self, method: str, parameters: dict[str, Any] | None = None, session: str | None = None) -> Any:
-        self._number += 1
-        number = self._number
+        self._chromium.number += 1
+        number = self._chromium.number
         message: dict[str, Any] = {"id": number, "method": method, "params": parameters or {}}
         if session:
             message["sessionId"] = session
         data = json.dumps(message).encode() + b"\0"
         while data:
-            data = data[os.write(self._send, data) :]
+            data = data[os.write(self._chromium.send, data) :]
         while True:
             found = self._take()
             if found.get("id") == number:
@@ -159,19 +193,21 @@ class Browser:
                 return found["result"]
 
     def _take(self) -> dict[str, Any]:
-        while b"\0" not in self._buffer:
-            if not select.select([self._receive], [], [], ANSWER_LIMIT_S)[0]:
+        browser = self._chromium
+        while b"\0" not in browser.buffer:
+            if not select.select([browser.receive], [], [], ANSWER_LIMIT_S)[0]:
                 raise TimeoutError(f"the browser did not answer within {ANSWER_LIMIT_S:g} s")
-            part = os.read(self._receive, 1 << 20)
+            part = os.read(browser.receive, 1 << 20)
             if not part:
                 raise EOFError("the browser is gone")
-            self._buffer += part
-        head, _, self._buffer = self._buffer.partition(b"\0")
+            browser.buffer += part
+        head, _, browser.buffer = browser.buffer.partition(b"\0")
         message: dict[str, Any] = json.loads(head)
-        if message.get("method") == "Runtime.exceptionThrown":
+        if "method" not in message or message.get("sessionId") != self._session:
+            return message  # an answer, or an event of the browser or of a page that is closed
+        if message["method"] == "Runtime.exceptionThrown":
             self.errors.append(json.dumps(message["params"])[:1000])
-        if message.get("method") == "Network.requestWillBeSent":
+        if message["method"] == "Network.requestWillBeSent":
             self.requests.append(message["params"]["request"]["url"])
-        if "method" in message:
-            self._events.append(message)
+        self._events.append(message)
         return message

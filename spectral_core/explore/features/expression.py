@@ -26,7 +26,7 @@ MAX_LENGTH = 2000
 MAX_NODES = 400
 MAX_DEPTH = 40
 MAX_NUMBER = 1e300
-MAX_TEXT = 200
+MAX_TEXT = 200  # of a text that an expression states
 Column = NDArray[Any]
 
 _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -69,8 +69,7 @@ CONSTANTS = {"pi": np.pi, "e": np.e, "nan": np.nan, "inf": np.inf}
 def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | str | None]:
     """Value of an expression at each row; None if it is no finite number.
 
-    Raises InvalidInputError for anything but arithmetic over the columns, UnknownNameError for a column that is not
-    there.
+    Raises InvalidInputError for anything but arithmetic over the columns, UnknownNameError for an absent column.
     """
     require_readable(text, columns)
     tree = parse(text)
@@ -105,7 +104,9 @@ def evaluate(text: str, columns: Mapping[str, Sequence[Any]]) -> list[float | st
 def as_column(values: Sequence[Any]) -> Column:
     """A column with a text as texts, any other as float64; a missing value is empty, or NaN."""
     if any(isinstance(value, str) for value in values):
-        return np.array(["" if value is None else str(value)[:MAX_TEXT] for value in values])
+        texts = ["" if value is None else str(value) for value in values]
+        is_long = max(map(len, texts)) > MAX_TEXT  # an array of texts has the memory of the longest in each row
+        return np.array(texts, object if is_long else str)
     return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
 
 
@@ -280,13 +281,14 @@ def _chosen(test: Any, body: Any, otherwise: Any) -> NDArray[Any]:
 
 
 def _is_text(value: Any) -> bool:
-    return np.asarray(value).dtype.kind in "US"
+    return np.asarray(value).dtype.kind in "USO"
 
 
 def _written(value: Any) -> Column:
     """Numbers, and texts that state one, as the text of each: 3 for 3.0, empty where it is missing; others as is."""
     array = np.asarray(value)
-    return np.array([_text_of(each) for each in array.ravel().tolist()], dtype=str).reshape(array.shape)
+    texts = [_text_of(each) for each in array.ravel().tolist()]
+    return np.array(texts, object if array.dtype.kind == "O" else str).reshape(array.shape)
 
 
 def _text_of(value: Any) -> str:

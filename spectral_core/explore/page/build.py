@@ -92,7 +92,7 @@ def shown_at_first(table: PageTable) -> list[str]:
 def _varies(values: Sequence[Any]) -> bool:
     """True if a column has more than one value, beyond rounding."""
     column = as_column(values)
-    if column.dtype.kind == "U":
+    if column.dtype.kind != "f":
         return len(set(column)) > 1
     known = column[~np.isnan(column)]
     return bool(known.size and (np.abs(known - known[0]) > 1e-12 * max(1.0, abs(known[0]))).any())
@@ -141,8 +141,8 @@ def write_page(target: Path, table: PageTable, **options: Any) -> Path:
 def _packed(name: str, values: Sequence[Any], about: Mapping[str, Any]) -> dict[str, Any]:
     column = as_column(values)
     entry: dict[str, Any] = {"name": name, "role": "value", "unit": "", "group": "outcomes", "log": False, **about}
-    if column.dtype.kind == "U":
-        return entry | {"kind": "text", "texts": [str(value)[:200] for value in column]}
+    if column.dtype.kind != "f":
+        return entry | {"kind": "text", "texts": column.tolist()}
     return entry | {"kind": "number", "packed": _encoded(column, exact=entry["role"] == "parameter")}
 
 

@@ -244,7 +244,7 @@ def _plotted(columns: Mapping[str, Sequence[Any]], name: str) -> tuple[Any, list
     if name not in columns:
         raise UnknownNameError.among("column", name, columns)
     column = as_column(columns[name])
-    if column.dtype.kind != "U":
+    if column.dtype.kind == "f":
         return column, []
     texts = sorted({*column} - {""})
     place = {text: number for number, text in enumerate(texts)}
