@@ -121,7 +121,8 @@ def test_an_edited_sky_is_that_of_a_new_view(drawn, name):
 
 def test_a_color_for_another_type_of_ray_is_that_of_a_new_view(drawn):
     """What the camera and diffuse rays meet stays the same; the view kept the world of before the edit."""
-    tree, path = drawn.tree, drawn.tree.nodes.new("ShaderNodeLightPath")
+    tree = bpy.context.scene.world.node_tree
+    path = tree.nodes.new("ShaderNodeLightPath")
     red, mixed = tree.nodes.new("ShaderNodeBackground"), tree.nodes.new("ShaderNodeMixShader")
     red.inputs[0].default_value = (1.0, 0.0, 0.0, 1.0)
     for output, place in (
