@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spectral_core.scene import daylight
+from spectral_core.scene.skies import daylight
 from spectral_core.scene.atmosphere import Atmosphere
 
 pytest.importorskip("mitsuba", reason="its data hold the coefficients")
