@@ -10,6 +10,7 @@ import dataclasses
 import hashlib
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,27 +27,42 @@ def fingerprint(item: Any) -> str:
     return digest.hexdigest()
 
 
+PLAIN = (str, bytes, bool, int, type(None), np.generic, Path, Enum)
+
+
 def _feed(digest: Any, item: Any) -> None:
-    digest.update(f"<{type(item).__name__}".encode())
-    if isinstance(item, (float, np.float64)):
+    """Add an item to a digest; most are numbers, texts and dataclasses, of which a scene has ten thousands."""
+    kind = type(item)
+    digest.update(f"<{kind.__name__}".encode())
+    if kind is float or kind is np.float64:
         digest.update(f"{item:.8g}".encode())
+    elif isinstance(item, PLAIN):
+        digest.update(repr(item).encode())
+    elif (names := _fields_of(kind)) is not None:
+        for name in names:
+            digest.update(f".{name}".encode())
+            _feed(digest, getattr(item, name))
+    elif isinstance(item, (tuple, list)):
+        for each in item:
+            _feed(digest, each)
     elif isinstance(item, np.ndarray):
         kept = item.astype(np.float32) if item.dtype == np.float64 else item
         digest.update(f"{item.shape}".encode() + np.ascontiguousarray(kept).tobytes())
-    elif dataclasses.is_dataclass(item) and not isinstance(item, type):
-        _feed(digest, {field.name: getattr(item, field.name) for field in dataclasses.fields(item)})
     elif isinstance(item, Mapping):
         for key in sorted(item, key=repr):
             _feed(digest, key)
             _feed(digest, item[key])
-    elif isinstance(item, (tuple, list)):
-        for each in item:
-            _feed(digest, each)
-    elif item is None or isinstance(item, (str, bytes, bool, int, float, np.generic, Path, Enum, frozenset)):
-        digest.update(repr(sorted(item, key=repr) if isinstance(item, frozenset) else item).encode())
+    elif isinstance(item, frozenset):
+        digest.update(repr(sorted(item, key=repr)).encode())
     else:
-        raise TypeError(f"{type(item).__name__} has no fingerprint; state it as data")
+        raise TypeError(f"{kind.__name__} has no fingerprint; state it as data")
     digest.update(b">")
+
+
+@cache
+def _fields_of(kind: type) -> tuple[str, ...] | None:
+    """Names of the fields of a dataclass, None for any other type."""
+    return tuple(field.name for field in dataclasses.fields(kind)) if dataclasses.is_dataclass(kind) else None
 
 
 def ignored_settings(

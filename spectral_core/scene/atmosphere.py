@@ -2,8 +2,7 @@
 """The sky and the sun's disk as Blender's Sky Texture describes them, in linear sRGB radiance.
 
 Single scattering: Nishita et al. 1993, "Display of the Earth taking into account atmospheric scattering", at 21
-wavelengths. Multiple scattering: Garcia Linan 2024, "Physically based spectral sky" (fgarlin.com), at four wavelengths,
-with his fit of light that is scattered often.
+wavelengths. Multiple scattering: ``skies/multiple.py``.
 """
 
 from __future__ import annotations
@@ -15,7 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene.daylight import hosek, interpolated, preetham, sun_disk
+from spectral_core.scene.skies import multiple
+from spectral_core.scene.skies.daylight import hosek, interpolated, preetham, sun_disk
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import observer
 
@@ -52,6 +52,11 @@ class Atmosphere:
             return vector / max(float(np.linalg.norm(vector)), 1e-12)
         flat, turn = np.cos(self.sun_elevation), np.pi / 2 - self.sun_rotation
         return np.array([flat * np.cos(turn), flat * np.sin(turn), np.sin(self.sun_elevation)])
+
+    @property
+    def densities(self) -> Array:
+        """Densities (3,) of air, aerosols and ozone."""
+        return np.array([self.air, self.aerosol, self.ozone])
 
     @property
     def horizon(self) -> float:
@@ -102,9 +107,13 @@ class Atmosphere:
 
     def _edges(self, angle_rad: float) -> list[Array]:
         """XYZ of the sun's disk at its lower and its upper edge, before its limb darkens."""
-        at_sun = _sun_single if self.model == "single" else _sun_multiple
         solid_angle = 2 * np.pi * (1 - np.cos(angle_rad / 2))
-        return [at_sun(self, self.sun_elevation + side * angle_rad / 2) / solid_angle for side in (-1, 1)]
+        return [self._sun_at(self.sun_elevation + side * angle_rad / 2) / solid_angle for side in (-1, 1)]
+
+    def _sun_at(self, elevation: float) -> Array:
+        if self.model == "single":
+            return _sun_single(self, elevation)
+        return multiple.sun(elevation, self.altitude, self.densities)
 
 
 def _clamped(xyz: Array) -> Array:
@@ -119,7 +128,11 @@ def _table(sky: Atmosphere) -> Array:
     azimuth = (np.linspace(0, 1, COLUMNS) ** 2 * np.pi)[None, :]
     parts = (np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation) + 0 * azimuth)
     directions = np.stack(parts, axis=-1)
-    return _single(sky, directions) if sky.model == "single" else _multiple(sky, directions)
+    return (
+        _single(sky, directions)
+        if sky.model == "single"
+        else multiple.radiance(sky.sun_elevation, sky.altitude, sky.densities, directions)
+    )
 
 
 # --- single scattering: lengths in meters ---------------------------------------------------------------------------
@@ -179,7 +192,7 @@ def _depth_to_sky(origin: Array, direction: Array) -> Array:
 
 
 def _single(sky: Atmosphere, directions: Array) -> Array:
-    scale = np.array([sky.air, sky.aerosol, sky.ozone])
+    scale = sky.densities
     eye = np.array([0.0, 0.0, _GROUND + np.clip(sky.altitude, 1, 59999)])
     sun = np.array([np.cos(sky.sun_elevation), 0.0, np.sin(sky.sun_elevation)])
     step = _way_out(eye, directions, _TOP) / _STEPS
@@ -210,89 +223,3 @@ def _sun_single(sky: Atmosphere, elevation: float) -> Array:
     depth = _depth_to_sky(eye, np.array([np.cos(elevation), 0.0, np.sin(elevation)]))
     passed = np.exp(-(_RAYLEIGH * depth[0] * sky.air + 1.11 * _MIE * depth[1] * sky.aerosol))
     return _xyz_single(_solar(_NM) * passed)
-
-
-# --- multiple scattering: lengths in kilometers, at 630, 560, 490 and 430 nm
-
-_EARTH, _THICKNESS, _G = 6371.0, 100.0, 0.8
-_SUN = np.array([1.679, 1.828, 1.986, 1.307])
-_AIR = np.array([6.605e-3, 1.067e-2, 1.842e-2, 3.156e-2])
-_OZONE_4 = np.array([3.472e-25, 3.914e-25, 1.349e-25, 11.03e-27]) * 334.5 * 3.78547397e20
-_DUST_ABSORBS = np.array([2.8722e-24, 4.6168e-24, 7.9706e-24, 1.3578e-23]) * 1.3681e20
-_DUST_SCATTERS = np.array([1.5908e-22, 1.7711e-22, 2.0942e-22, 2.4033e-22]) * 1.3681e20
-_XYZ_OF_4 = np.array([[53.3869177, 22.9813375, 0.0], [43.9048445, 71.3477957, 0.1025069],
-                      [1.6137278, 18.4229606, 31.7429212], [20.7626687, 2.3614213, 110.4800964]])  # fmt: skip
-
-
-def _coefficients(sky: Atmosphere, height: Array) -> tuple[Array, Array, Array]:
-    """Scattering by air, scattering by aerosols, and extinction (..., 4) per kilometer."""
-    height = np.maximum(height, 0.0)
-    log = np.log(np.maximum(height, 1e-4))
-    air = np.exp(-0.07771971 * height**1.16364243)[..., None] * _AIR * sky.air
-    ozone = np.exp(-((log - 3.22261) ** 2) * 5.55555555 - log)[..., None] * _OZONE_4 * sky.ozone
-    dust = (np.exp(-height / 0.73) + 2e6 / 1.3681e20)[..., None] * sky.aerosol
-    return air, dust * _DUST_SCATTERS, air + ozone + dust * (_DUST_SCATTERS + _DUST_ABSORBS)
-
-
-def _transmittance(sky: Atmosphere, cosine: Array, height: Array) -> Array:
-    """Transmittance (..., 4) from the sun to a height, at ``cosine`` to its zenith."""
-    cosine, height = np.broadcast_arrays(np.asarray(cosine, float), np.asarray(height, float))
-    radius = _EARTH + height
-    length = -radius * cosine + np.sqrt(np.maximum((radius * cosine) ** 2 - radius**2 + (_EARTH + _THICKNESS) ** 2, 0))
-    depth = np.zeros((*cosine.shape, 4))
-    for k in range(64):
-        along = length * (k + 0.5) / 64
-        here = np.sqrt(radius**2 + along**2 + 2 * radius * along * cosine) - _EARTH
-        depth += _coefficients(sky, here)[2] * (length / 64)[..., None]
-    return np.asarray(np.exp(-depth))
-
-
-def _multiple(sky: Atmosphere, directions: Array) -> Array:
-    cosines, heights = np.linspace(-1, 1, 256), np.linspace(0, _THICKNESS, 64)
-    table = _transmittance(sky, cosines[None, :], heights[:, None])
-
-    def to_sun(cosine: Array, height: Array) -> Array:
-        row, column = np.clip(height, 0, _THICKNESS) / _THICKNESS * 63, np.clip(cosine * 0.5 + 0.5, 0, 1) * 255
-        low, left = np.minimum(row.astype(int), 62), np.minimum(column.astype(int), 254)
-        up, across = (row - low)[..., None], (column - left)[..., None]
-        below = table[low, left] * (1 - across) + table[low, left + 1] * across
-        return np.asarray(
-            below * (1 - up) + (table[low + 1, left] * (1 - across) + table[low + 1, left + 1] * across) * up
-        )
-
-    eye = np.array([0.0, 0.0, _EARTH + np.clip(sky.altitude, 1, 99999) / 1000])
-    sun = np.array([np.cos(sky.sun_elevation), 0.0, np.sin(sky.sun_elevation)])
-    along = directions @ eye
-    inside = along**2 - eye @ eye + _EARTH**2
-    ground = np.where((inside >= 0) & (along < 0), -along - np.sqrt(np.maximum(inside, 0)), -1.0)
-    length = np.where(ground > 0, ground, _way_out(eye, directions, _EARTH + _THICKNESS))
-    cosine = directions @ sun
-    air_phase = 3 / (16 * np.pi) * (1 + cosine**2)
-    dust_phase = (1 - _G**2) / (4 * np.pi) / (1 + _G**2 - 2 * _G * cosine) ** 1.5
-    step = length / 64
-    light, clear = np.zeros((*step.shape, 4)), np.ones((*step.shape, 4))
-    straight_up = to_sun(np.array(1.0), np.array(0.0))
-    for k in range(64):
-        place = eye + ((k + 0.5) * step)[..., None] * directions
-        radius = np.linalg.norm(place, axis=-1)
-        height, zenith = np.maximum(radius - _EARTH, 0.0), (place @ sun) / radius
-        air, dust, extinction = _coefficients(sky, height)
-        direct = to_sun(zenith, height)
-        solid = 2 * np.pi * (1 - np.sqrt(np.maximum(1 - (_EARTH / np.maximum(radius, _EARTH)) ** 2, 0)))
-        up = straight_up / to_sun(np.ones_like(height), height)
-        ground_light = (solid * zenith)[..., None] * (0.3 / np.pi / (4 * np.pi)) * to_sun(zenith, 0 * height) * up
-        often = (
-            0.02 * np.array([0.217, 0.347, 0.594, 1.0]) / (1 + 5 * np.exp(-17.92 * zenith))[..., None] + ground_light
-        )
-        source = _SUN * (
-            air * (air_phase[..., None] * direct + often) + dust * (dust_phase[..., None] * direct + often)
-        )
-        passed = np.exp(-step[..., None] * extinction)
-        light += clear * source * (1 - passed) / np.maximum(extinction, 1e-7)
-        clear *= passed
-    return np.asarray(light @ _XYZ_OF_4)
-
-
-def _sun_multiple(sky: Atmosphere, elevation: float) -> Array:
-    passed = _transmittance(sky, np.sin(elevation), np.clip(sky.altitude, 1, 99999) / 1000)
-    return np.asarray(_SUN * passed @ _XYZ_OF_4)

@@ -13,8 +13,14 @@ bpy = pytest.importorskip("bpy", reason="needs the Python module bpy: pip instal
 
 
 @pytest.fixture
-def build(blender):
-    """Builders of scene parts, linked into the scene."""
+def build(blender, builders):
+    """Builders of scene parts, linked into an empty scene."""
+    return builders
+
+
+@pytest.fixture(scope="session")
+def builders(_extension):
+    """Builders of scene parts, linked into the scene that is there."""
     return SimpleNamespace(
         mesh=_mesh, plane=_plane, object=_object, material=_material, light=_light, camera=_camera, image=_image
     )

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Builds .blend files that are difficult for exporters: ``python hard_files.py build FOLDER`` writes all of them.
+"""Builds .blend files that are difficult for exporters: ``hard_files.py build FOLDER NAMES…`` writes all of them.
 
-``render FOLDER`` renders them one after another through the entry point of the command line. It prints one JSON line
-after each file, so that the output shows which file crashed Blender.
+It then renders those named, one after another, through the entry point of the command line; ``render FOLDER NAMES…``
+builds none. It prints one JSON line after each file, so that the output shows which file crashed Blender.
 """
 
 from __future__ import annotations
@@ -271,5 +271,4 @@ if __name__ == "__main__":
     blender_addon.register()
     if sys.argv[1] == "build":
         build(Path(sys.argv[2]))
-    else:
-        render(Path(sys.argv[2]), sys.argv[3:])
+    render(Path(sys.argv[2]), sys.argv[3:])

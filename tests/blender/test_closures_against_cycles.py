@@ -8,8 +8,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from tests.blender import cycles  # noqa: E402
-from tests.blender.test_surfaces_against_cycles import stage  # noqa: E402, F401
+from tests.blender import balls, cycles  # noqa: E402
 
 SKIN = (0.75, 0.4, 0.2, 1)
 BELOW = {
@@ -34,50 +33,104 @@ def _bumpy(material, socket="Normal"):
     link(bump.outputs[0], tree.nodes["shader"].inputs[socket])
 
 
-@pytest.mark.parametrize("name", BELOW)
-def test_light_below_the_surface(build, stage, tmp_path, name):  # noqa: F811
-    model, inputs = BELOW[name]
-    material = build.material(shader="ShaderNodeSubsurfaceScattering", Color=SKIN)
+TRANSMIT = ("BsdfTranslucent", "BsdfGlass", "SubsurfaceScattering")
+VARY = ("IOR", "Specular IOR Level")
+FIBERS = ("BsdfHair", "BsdfHairPrincipled")
+SPACES = ("AgX Base sRGB", "Filmic sRGB", "Linear CIE-XYZ D65", "Rec.1886", "ACEScg")
+
+
+def below(builders, model, inputs):
+    material = builders.material(shader="ShaderNodeSubsurfaceScattering", Color=SKIN)
     node = material.node_tree.nodes["shader"]
     node.falloff = model
     for socket, value in inputs.items():
         node.inputs[socket].default_value = value
-    theirs, ours, notes = stage(material, tmp_path, samples=192)
-    np.testing.assert_allclose(ours, theirs, rtol=0.035)
-    assert notes == []
+    return material
 
 
-@pytest.mark.parametrize("shader", ["BsdfTranslucent", "BsdfGlass", "SubsurfaceScattering"])
-def test_bumps_of_what_transmits(build, stage, tmp_path, shader):  # noqa: F811
-    material = build.material(shader=f"ShaderNode{shader}")
+def bumpy(builders, shader):
+    material = builders.material(shader=f"ShaderNode{shader}")
     if shader == "BsdfGlass":
         material.node_tree.nodes["shader"].inputs["Roughness"].default_value = 0.3
     _bumpy(material)
-    theirs, ours, notes = stage(material, tmp_path, samples=256)
-    # bumpy glass is 1 to 2 % brighter than in Cycles, which evaluates facets seen from behind otherwise, plus noise
-    np.testing.assert_allclose(ours, theirs, rtol=0.035 if shader == "BsdfGlass" else 0.025)
-    assert notes == []
+    return material
 
 
-@pytest.mark.parametrize("socket", ["IOR", "Specular IOR Level"])
-def test_reflectances_that_vary(build, stage, tmp_path, socket):  # noqa: F811
-    material = build.material(shader="ShaderNodeBsdfPrincipled", Roughness=0.3)
+def varying(builders, socket):
+    material = builders.material(shader="ShaderNodeBsdfPrincipled", Roughness=0.3)
     tree = material.node_tree
     noise, span = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes.new("ShaderNodeMapRange")
     for name, value in (("From Min", 0.3), ("From Max", 0.7), ("To Min", 0.7), ("To Max", 2.5)):
         span.inputs[name].default_value = value
     tree.links.new(noise.outputs[0], span.inputs["Value"])
     tree.links.new(span.outputs[0], tree.nodes["shader"].inputs[socket])
-    theirs, ours, notes = stage(material, tmp_path, samples=128)
+    return material
+
+
+def colored(builders, space):
+    image = bpy.data.images.new(f"Colors of {space}", 8, 8)
+    v, u = np.mgrid[0:8, 0:8] / 8
+    image.pixels.foreach_set(
+        np.stack([0.1 + 0.6 * u, 0.5 - 0.4 * v, 0.3 + 0 * u, 1 + 0 * u], -1).astype(np.float32).ravel()
+    )
+    image.colorspace_settings.name = space
+    image.pack()
+    material = builders.material()
+    tree = material.node_tree
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image = image
+    tree.links.new(texture.outputs["Color"], tree.nodes["shader"].inputs["Color"])
+    return material
+
+
+@pytest.fixture(scope="module")
+def closures(builders, tmp_path_factory):
+    """Balls of all closures in one picture, the notes, and the images that the translation left in the file."""
+    balls.emptied()
+    materials = {name: below(builders, *values) for name, values in BELOW.items()}
+    materials |= {f"bumpy {shader}": bumpy(builders, shader) for shader in TRANSMIT}
+    materials |= {socket: varying(builders, socket) for socket in VARY}
+    materials |= {shader: builders.material(shader=f"ShaderNode{shader}") for shader in FIBERS}
+    materials |= {space: colored(builders, space) for space in SPACES}
+    before = {each.name for each in bpy.data.images}
+    found, notes = balls.shown(materials, builders, tmp_path_factory.mktemp("closures"), samples=192)
+    return found, notes, {each.name for each in bpy.data.images} - before - {"Render Result"}
+
+
+@pytest.mark.parametrize("name", BELOW)
+def test_light_below_the_surface(closures, name):
+    theirs, ours = closures[0][name]
+    np.testing.assert_allclose(ours, theirs, rtol=0.035)
+    assert closures[1] == []
+
+
+@pytest.mark.parametrize("shader", TRANSMIT)
+def test_bumps_of_what_transmits(closures, shader):
+    theirs, ours = closures[0][f"bumpy {shader}"]
+    # bumpy glass is 1 to 2 % brighter than in Cycles, which evaluates facets seen from behind otherwise, plus noise
+    np.testing.assert_allclose(ours, theirs, rtol=0.035 if shader == "BsdfGlass" else 0.025)
+    assert closures[1] == []
+
+
+@pytest.mark.parametrize("socket", VARY)
+def test_reflectances_that_vary(closures, socket):
+    theirs, ours = closures[0][socket]
     np.testing.assert_allclose(ours, theirs, rtol=0.02)
-    assert notes == []
+    assert closures[1] == []
 
 
-@pytest.mark.parametrize("shader", ["BsdfHair", "BsdfHairPrincipled"])
-def test_fibers_on_a_mesh(build, stage, tmp_path, shader):  # noqa: F811
-    theirs, ours, notes = stage(build.material(shader=f"ShaderNode{shader}"), tmp_path, samples=192)
+@pytest.mark.parametrize("shader", FIBERS)
+def test_fibers_on_a_mesh(closures, shader):
+    theirs, ours = closures[0][shader]
     np.testing.assert_allclose(ours, theirs, rtol=0.06)
-    assert notes == []
+    assert closures[1] == []
+
+
+@pytest.mark.parametrize("space", SPACES)
+def test_bytes_in_any_color_space(closures, space):
+    theirs, ours = closures[0][space]
+    np.testing.assert_allclose(ours, theirs, rtol=0.02, atol=2e-3)
+    assert closures[1] == [] and closures[2] == set()
 
 
 @pytest.mark.parametrize("color", [0.0, 0.5])
@@ -119,23 +172,3 @@ def test_rough_facets_of_ashikhmin_at_a_grazing_angle(build, tmp_path, roughness
     theirs, (ours, notes) = cycles.cycles(tmp_path), cycles.ours(1024)
     assert ours.mean() == pytest.approx(theirs.mean(), rel=0.015)
     assert notes == []
-
-
-@pytest.mark.parametrize("space", ["AgX Base sRGB", "Filmic sRGB", "Linear CIE-XYZ D65", "Rec.1886", "ACEScg"])
-def test_bytes_in_any_color_space(build, stage, tmp_path, space):  # noqa: F811
-    image = bpy.data.images.new("Colors", 8, 8)
-    v, u = np.mgrid[0:8, 0:8] / 8
-    image.pixels.foreach_set(
-        np.stack([0.1 + 0.6 * u, 0.5 - 0.4 * v, 0.3 + 0 * u, 1 + 0 * u], -1).astype(np.float32).ravel()
-    )
-    image.colorspace_settings.name = space
-    image.pack()
-    material = build.material()
-    tree = material.node_tree
-    texture = tree.nodes.new("ShaderNodeTexImage")
-    texture.image = image
-    tree.links.new(texture.outputs["Color"], tree.nodes["shader"].inputs["Color"])
-    theirs, ours, notes = stage(material, tmp_path, samples=64)
-    np.testing.assert_allclose(ours, theirs, rtol=0.02, atol=2e-3)
-    assert notes == []
-    assert all(not each.name.startswith("Colors.") and "exr" not in each.name for each in bpy.data.images)

@@ -18,9 +18,8 @@ pytest.importorskip("bpy")
 
 import bpy
 
-from blender_addon.translate.shading import sky_nodes
 from tests.blender.node_walk import STRUCTS, Bench, names_of
-from tests.blender.test_node_settings_are_read import BESIDES, KINDS, OF_WORLDS, PLACES, PREPARED, stage  # noqa: F401
+from tests.blender.test_node_settings_are_read import BESIDES, KINDS, OF_WORLDS, PLACES, PREPARED, small_sky, stage  # noqa: F401
 from tests.settings_walk import settings_of
 
 MOST = 16
@@ -113,10 +112,7 @@ def equal_options(bench: Bench, names: set[str]) -> set[tuple[str, ...]]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_each_option_of_a_list_has_a_translation_of_its_own(
-    stage: None, kind: str, monkeypatch: pytest.MonkeyPatch  # noqa: F811
-) -> None:  # fmt: skip
-    monkeypatch.setattr(sky_nodes, "SKY_ROWS", 8)
+def test_each_option_of_a_list_has_a_translation_of_its_own(stage: None, kind: str) -> None:  # noqa: F811
     bench = prepared(kind)
     names = names_of(bench) - set(BESIDES) - set(ONLY_WITH.get(kind, {})) - {"color_ramp.hue_interpolation"}
     assert equal_options(bench, names) <= EQUAL
@@ -124,10 +120,7 @@ def test_each_option_of_a_list_has_a_translation_of_its_own(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_a_combination_shows_changes_the_translation(
-    stage: None, kind: str, monkeypatch: pytest.MonkeyPatch  # noqa: F811
-) -> None:  # fmt: skip
-    monkeypatch.setattr(sky_nodes, "SKY_ROWS", 8)
+def test_what_a_combination_shows_changes_the_translation(stage: None, kind: str) -> None:  # noqa: F811
     ignored = {}
     bench = prepared(kind)
     for name in ("A_Vector", "B_Vector", "Factor_Vector") if kind == "ShaderNodeMix" else ():

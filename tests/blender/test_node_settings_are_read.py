@@ -17,7 +17,9 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon.translate.ledger import entries
+from blender_addon.translate.lighting import patterns
 from blender_addon.translate.shading import sky_nodes
+from spectral_core.scene import atmosphere
 from tests.blender.node_walk import Bench, ignored, names_of
 
 PLACES = {
@@ -49,6 +51,18 @@ def stage(_extension: None) -> Iterator[None]:
         aov.name, aov.type = kind, kind
     yield
     bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+@pytest.fixture(autouse=True)
+def small_sky(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Skies and drawn worlds of few elements: whether a setting counts is asked, not its effect."""
+    monkeypatch.setattr(sky_nodes, "SKY_ROWS", 8)
+    monkeypatch.setattr(patterns, "ROWS", 32)
+    for name, value in (("ROWS", 8), ("COLUMNS", 6)):
+        monkeypatch.setattr(atmosphere, name, value)
+    atmosphere._table.cache_clear()
+    yield
+    atmosphere._table.cache_clear()
 
 
 def _picture(seed: int) -> Any:
@@ -126,10 +140,7 @@ KINDS = sorted(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_setting_of_a_node_changes_the_translation(
-    stage: None, kind: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sky_nodes, "SKY_ROWS", 8)
+def test_every_setting_of_a_node_changes_the_translation(stage: None, kind: str) -> None:
     for place in PLACES.get(kind, ("MATERIAL",)):
         bench = Bench.of(kind, place)
         PREPARED.get(kind, lambda _: None)(bench)

@@ -15,6 +15,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from blender_addon.translate.lighting import patterns  # noqa: E402
+
 KINDS = {"material": "ShaderNodeBsdfDiffuse", "world": "ShaderNodeBackground", "lamp": "ShaderNodeEmission"}
 DEEP = 40
 """Levels that no method whose cost doubles with each of them would end."""
@@ -83,7 +85,8 @@ def tower(tree, kind, depth, factor=0.5):
 
 @pytest.mark.parametrize("owner", KINDS)
 @pytest.mark.parametrize("shape", ["mixes", "sums", "lattice", "varying lattice"])
-def test_the_work_grows_with_the_nodes(build, translate, followed, owner, shape):
+def test_the_work_grows_with_the_nodes(build, translate, followed, owner, shape, monkeypatch):
+    monkeypatch.setattr(patterns, "ROWS", 16)
     work = []
     for depth in (DEEP // 2, DEEP):
         tree = Tree(build, owner)
@@ -105,7 +108,8 @@ def test_the_work_grows_with_the_nodes(build, translate, followed, owner, shape)
 
 
 @pytest.mark.parametrize("owner", KINDS)
-def test_values_that_are_read_twice_are_followed_once(build, translate, followed, owner):
+def test_values_that_are_read_twice_are_followed_once(build, translate, followed, owner, monkeypatch):
+    monkeypatch.setattr(patterns, "ROWS", 16)
     tree = Tree(build, owner)
     shader = tree.leaf()
     last = tree.nodes.new("ShaderNodeTexNoise").outputs[0]
@@ -184,6 +188,7 @@ def test_lights_and_worlds_add_up_as_surfaces_do(build, translate, owner):
 def test_long_rows_need_no_deep_recursion(build, translate, owner, monkeypatch):
     """Python's limit counts for all threads of the program: nothing may change it."""
     monkeypatch.setattr(sys, "setrecursionlimit", lambda limit: pytest.fail("the limit of the program was changed"))
+    monkeypatch.setattr(patterns, "ROWS", 16)
     tree = Tree(build, owner)
     shader = tree.leaf()
     last = tree.nodes.new("ShaderNodeTexNoise").outputs["Color" if owner == "world" else 0]

@@ -184,7 +184,10 @@ def test_a_coarse_environment_of_bytes_is_filtered_before_it_is_decoded(build, t
 @pytest.mark.parametrize(
     ("output", "told"), [("Is Camera Ray", False), ("Is Glossy Ray", True), ("Diffuse Depth", True)]
 )
-def test_a_drawn_world_that_tells_rays_apart_has_a_note(build, translate, output, told):
+def test_a_drawn_world_that_tells_rays_apart_has_a_note(build, translate, output, told, monkeypatch):
+    from blender_addon.translate.lighting import patterns
+
+    monkeypatch.setattr(patterns, "ROWS", 64)
     world_with()
     tree = bpy.context.scene.world.node_tree
     path, mixed, sky = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("LightPath", "Mix", "TexNoise"))

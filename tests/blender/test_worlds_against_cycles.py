@@ -99,12 +99,16 @@ def test_a_sun_that_the_horizon_cuts_gives_the_light_of_cycles(model, elevation,
     np.testing.assert_allclose(found, cycles, rtol=0.015)
 
 
-def test_a_sun_past_the_zenith_goes_down_on_the_other_side(build, translate):
+def test_a_sun_past_the_zenith_goes_down_on_the_other_side(build, translate, monkeypatch):
     """Cycles keeps the place of the sun, so that the elevation of a whole day can be animated."""
     import bpy
 
     from blender_addon import compat
+    from blender_addon.translate.lighting import patterns
+    from blender_addon.translate.shading import sky_nodes
 
+    monkeypatch.setattr(sky_nodes, "SKY_ROWS", 32)
+    monkeypatch.setattr(patterns, "ROWS", 32)
     build.camera()
     world = bpy.context.scene.world = bpy.data.worlds.new("World")
     tree = compat.use_nodes(world)

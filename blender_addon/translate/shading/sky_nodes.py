@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import ImageTexture
 from spectral_core.scene.atmosphere import Atmosphere
-from spectral_core.scene.daylight import has_hosek
+from spectral_core.scene.skies.daylight import has_hosek
 
 from .image_files import MISSING
 from .images import image_of_node
