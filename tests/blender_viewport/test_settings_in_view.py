@@ -8,7 +8,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from blender_addon.translate.ledger import entries  # noqa: E402
-from tests.blender.conftest import build  # noqa: E402, F401
+from tests.blender.conftest import build, builders  # noqa: E402, F401
 from tests.blender.node_walk import Bench, names_of  # noqa: E402
 from tests.blender.test_settings_are_read import CASES  # noqa: E402
 from tests.blender_viewport.test_viewport_edits import updated, whole  # noqa: E402

@@ -94,7 +94,7 @@ def test_more_leaves_of_equal_structure_need_no_new_kernel():
             assert np.isfinite(_picture(_mixed([_glossy(rng) for _ in range(count)], rng))).all()
         history = drjit.kernel_history()
     traced = [kernel for kernel in history if kernel.get("operation_count", 0) > 500]
-    assert len(traced) >= 4
+    assert len(traced) >= 2
     assert all(kernel["cache_hit"] for kernel in traced)
 
 

@@ -51,7 +51,7 @@ def test_a_medium_that_varies_looks_the_same_in_mitsuba(tmp_path: Path) -> None:
         world=World(gray(0.8)),
         settings=RenderSettings(transport="rgb", max_bounces=16),
     )  # fmt: skip
-    theirs = plain_picture(scene, tmp_path / "scene", spectral=False, samples=1024)
+    theirs = plain_picture(scene, tmp_path / "scene", variant="scalar_rgb", samples=1024)
     ours = render_scene(scene).pixels[..., :3]
     np.testing.assert_allclose(theirs.mean(axis=(0, 1)), ours.mean(axis=(0, 1)), rtol=0.015)
     np.testing.assert_allclose(tiles(theirs), tiles(ours), rtol=0.05)
