@@ -9,7 +9,7 @@ PYTHON := .venv/bin/python
 # compiles the product again, which doubles the time that it takes to start.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup lock demo test quick check format extension real-blender clean
+.PHONY: help setup lock demo test quick check style format extension real-blender clean
 
 help:
 	@sed -n 's/^# make/make/p' Makefile
@@ -25,15 +25,18 @@ lock:
 demo: setup
 	$(PYTHON) -m blender_addon demo --out out/demo
 
-check: setup
+style: setup
 	$(PYTHON) -m ruff format --check .
 	$(PYTHON) -m ruff check .
+
+check: style
 	$(PYTHON) -m mypy
 	.venv/bin/lint-imports
 
+# Types and imports are checked by tests: alone, they would leave one of two cores idle for a minute.
 # CI=true: a folder of tests of which nothing could run, for want of bpy or Mitsuba, is a failure.
 # Two processes: half of the time a test uses one core. A file stays in one process, as its fixtures are slow.
-test: check
+test: style
 	CI=true $(PYTHON) -m pytest -n 2 --dist loadfile --durations=15
 
 quick: setup

@@ -12,6 +12,8 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("spectral_core", "blender_addon")
 MAY_BE_PRIVATE = re.compile(r"(?<!self)(?<!cls)\._[a-z]|^\s*(from\s.*)?import\s.*\b_[a-z]|^\s+_\w+,?$", re.MULTILINE)
@@ -119,8 +121,15 @@ def test_private_uses_are_found(tmp_path: Path) -> None:
     assert list(private_uses(file)) == ["2: os._exit", "3: r._determine", "4: path._y"]
 
 
+@pytest.mark.slow
+def test_types_are_right() -> None:
+    """Here, and not before all tests, as it takes one core for a minute."""
+    done = subprocess.run([sys.executable, "-m", "mypy"], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_types_of_both_packages_are_checked() -> None:
-    """`make check` runs mypy, which reads its packages and rules from here."""
+    """mypy, which a test here and `make check` run, reads its packages and rules from here."""
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["mypy"]
     assert set(PACKAGES) <= set(settings["packages"])
     assert settings["disallow_untyped_defs"] and settings["check_untyped_defs"]
