@@ -15,7 +15,7 @@ def pass_sizes(scene: Scene, *, watched: bool = True) -> list[int]:
     """1, 3, 12, 48, … samples up to ``LARGEST_PASS`` per pass, all samples in total: an early picture, few passes.
 
     Each pass records its kernel, a second or two with many materials; a last pass of less than half the previous one is
-    merged with it. A small picture of surfaces has two passes, one where nobody has ``watched`` for the early picture.
+    merged with it. A small picture of surfaces has two passes, or one if the early picture is not ``watched``.
     """
     width, height = scene.film.size
     samples = scene.film.samples

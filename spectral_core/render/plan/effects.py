@@ -67,8 +67,8 @@ def plan_effects(
     if tolerance is None:
         tolerance = scene.settings.tolerance_delta_e
     tolerance = require_range("the tolerance (ΔE2000)", tolerance, 0.0, 1e9)
-    is_view = lights_vary and tolerance == 0
-    found = Found(scene, take_inventory(scene), bounds.seen_points(scene), lights_vary, is_view)
+    is_exact = lights_vary and tolerance == 0
+    found = Found(scene, take_inventory(scene), bounds.seen_points(scene), lights_vary, is_exact)
     effects = effects_of(found)
     choices = _checked_choices(scene, {**effects, **unmeasured_kinds()})
     seen = _look(found, effects, choices, tolerance) if pilot else None

@@ -45,7 +45,7 @@ class Found:
     inventory: Inventory
     points: NDArray[np.float64]
     lights_vary: bool = False  # True if the plan serves lights of any place and strength
-    is_view: bool = False  # True if, besides, no error is tolerated, whatever its size
+    is_exact: bool = False  # True if, besides, no error is tolerated, as in 3D views
 
     @property
     def materials(self) -> list[Material]:
@@ -90,7 +90,7 @@ def _transport(found: Found) -> Effect:
         reason = "no light or material has a spectrum; three channels are exact"
         return Effect("transport", simple(0.0), reason, choices=choices)
     loses = "colors that only spectra can distinguish become equal"
-    if found.is_view:  # the error, which does not matter here, takes most of the time of an edit's plan
+    if found.is_exact:  # the error, which does not matter here, takes most of the time of an edit's plan
         return Effect("transport", simple(KEEP), "there are spectra", loses, "not known", choices)
     # three channels show no dispersion, whose own error is never larger: it leaves first
     error = rgb_transport_error(found.scene) + _error_without_dispersion(found)
