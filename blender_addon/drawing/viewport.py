@@ -30,7 +30,7 @@ class Canvas:
         self._texture: Any = None
         self._shown: Any = None
         self._corner, self._size = (0, 0), (1, 1)
-        self._pixels = np.empty((0, 0, 4), np.float32)
+        self._memory = np.empty(0, np.float32)
 
     def show(self, shown: Shown, working_from_rgb: NDArray[np.float64] | None, *, transparent: bool) -> bool:
         """Copy a picture to the graphics card; False if it is there already."""
@@ -39,9 +39,10 @@ class Canvas:
         key = (shown, None if working_from_rgb is None else working_from_rgb.tobytes())
         if self._shown is not None and self._shown[0] is shown and self._shown[1] == key[1]:
             return False
-        if self._pixels.shape != shown.pixels.shape:
-            self._pixels = np.empty(shown.pixels.shape, np.float32)
-        pixels = self._pixels  # memory that was touched before: new pages take longer than the copy
+        if self._memory.size < shown.pixels.size:
+            self._memory = np.empty(shown.pixels.size, np.float32)
+        # Memory that was touched before, also by coarser and finer pictures: new pages take longer than the copy.
+        pixels = self._memory[: shown.pixels.size].reshape(shown.pixels.shape)
         half_pixels(shown.pixels, working_from_rgb, pixels)
         if not transparent:
             pixels[..., 3] = 1.0
