@@ -184,7 +184,7 @@ class RenderJob:
         # without light tables lamps are objects, which shadow rays pass
         clear |= not self._loaded.lights and found.bodies_shade
         film = self.scene.film
-        glass = film.transparent and film.transparent_glass and not self.scene.volumes
+        glass = film.transparent and film.transparent_glass
         settings = PathSettings(plan.bounces, clear, limits, white, glass)
         wanted = self.scene.settings.passes
         if wanted is not None and (wanted.light or wanted.light_groups) and not self.scene.volumes:

@@ -72,7 +72,10 @@ def columns(count: int, sheets, volume: VolumeObject, lights=(), samples: int = 
     """The pixels of a row, column k over x = k, seen from above."""
     meshes, instances = zip(*sheets, strict=True)
     place = at((count - 1) / 2, 5.0)
-    film = Film(count, 1, samples=samples, filter_kind="box", filter_width=0.01, transparent=transparent)
+    film = Film(
+        count, 1, samples=samples, filter_kind="box", filter_width=0.01,
+        transparent=transparent, transparent_glass=transparent,
+    )  # fmt: skip
     camera = Camera(world_from_camera=place, kind="orthographic", orthographic_scale=float(count))
     scene = Scene(
         camera=camera, film=film, volumes=(volume,), lights=lights,
@@ -98,13 +101,14 @@ def test_a_volume_is_seen_past_all_that_lets_rays_pass():
     np.testing.assert_allclose(shown[:, :3], expected, rtol=0.01)
 
 
-def test_mirrors_show_a_volume_and_coverage_counts_it_behind_a_veil():
+def test_mirrors_show_a_volume_and_coverage_counts_it_behind_a_veil_or_a_pane():
     above = slab("even", z=2.0)
     from_below = [sheet("mirror", 0.0, 0.0), sheet("veil", 1.0, 4.0), sheet("wall", 0.0, 6.0)]
-    mirror, veil = columns(2, from_below, above, transparent=True)
+    mirror, veil, pane = columns(3, [*from_below, sheet("pane", 2.0, 4.0)], above, transparent=True)
     once, twice = COLOR * OPACITY, 1 - OPACITY
     np.testing.assert_allclose(mirror[:3], once + twice * (once + twice), rtol=0.01)
     np.testing.assert_allclose(veil, [*(0.5 * once), 1 - 0.5 * twice], rtol=0.01)
+    np.testing.assert_allclose(pane, [*once, 1 - twice], rtol=0.01)
 
 
 def test_light_reaches_a_floor_beside_a_volume_with_shadows_as_it_does_without():
@@ -124,7 +128,7 @@ def test_light_reaches_a_floor_beside_a_volume_with_shadows_as_it_does_without()
 
 
 def test_a_volume_with_shadows_lights_what_is_around_it():
-    """A slab that glows like a wall lights the floor below as the wall does; it lit nothing."""
+    """An opaque slab that emits light shines on the floor below; it lit nothing."""
     glow = TransferFunction((VolumeMaterial("glow", [0.0, 2.0], [60.0] * 2, np.ones(3), lit=False),))
     volume = replace(slab("shadows"), transfer=glow, hidden_from=Rays.CAMERA)
     shown = columns(2, [sheet("floor", 0.5, -0.75, half=2.0)], volume, samples=256)

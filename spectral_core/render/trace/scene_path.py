@@ -44,6 +44,7 @@ def scene_path_class(variant: str) -> Any:
         """Radiance along camera rays."""
 
         State, tells_reflections = PathState, mi.is_spectral
+        restarts = True  # ``begin`` and ``step`` are all that a path consists of: its caller may loop over rays
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
         shadow_ray = hit_sides.shadow_ray
         even_lobe, is_hole, clear_way = reradiation.even_lobe, path_limits.is_hole, path_limits.clear_way
@@ -53,9 +54,8 @@ def scene_path_class(variant: str) -> Any:
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any, sampled: Any = None) -> None:
             super().__init__(mi.Properties())
             self.tables, self.settings, self.lights, self.sampled = tables, settings, lights, sampled
-            # ``begin`` and ``step`` are all that a path consists of, unless volumes keep a phase: its caller may loop
-            # over rays
-            self.restarts = sampled is None
+            if sampled is not None:
+                self.restarts = False  # the volumes keep a phase of each path
             limits, self.clamps = settings.limits, path_limits.clamps_of(settings)
             count = lambda value: dr.opaque(mi.UInt32, int(value))  # noqa: E731
             # opaque: kernels read the numbers, so that another limit needs no new kernel
@@ -115,6 +115,7 @@ def scene_path_class(variant: str) -> Any:
             si.wi = self.upright(si)
             leaves = path.leaves & path.active
             if self.sampled is not None:
+                # before the light of the hit, which reaches the path through them
                 gained = self.sampled.cross(self, scene, si, path, sampler)
                 path.add(self.clamped(gained, path.depth > 0), path.diffuse)
             unseen &= ~leaves
@@ -288,6 +289,7 @@ def scene_path_class(variant: str) -> Any:
             light = drawn.number, path.passed, shadow_marks(mi, si.dn_dv), kind
             clear = self.clear_way(scene, (ray, media, start), light, wanted & ~shadowless)
             if self.sampled is not None:
+                # between all surfaces on the way at once, whatever these let pass
                 clear = clear * self.sampled.clear(ray, drawn.number, wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
 

@@ -62,9 +62,11 @@ class SampledVolumes:
         numbers = self._seen_by(NEVER_PASSED)
         if not numbers:
             return mi.Spectrum(0.0)
+        # A ray that leaves a subsurface walk begins just below the surface that it hits next.
         active, ray = path.active & ~path.leaves, path.ray
         end = dr.select(si.is_valid(), si.t, dr.minimum(ray.maxt, FARTHEST))
         line = WorldRay(ray.o, ray.d, dr.select(active, end, 0.0))
+        # As in Cycles, light that passes a surface diffusely counts as diffuse light.
         kind = path.kind | dr.select(is_diffuse(path.kind), mi.UInt32(int(Rays.DIFFUSE)), 0)
         way = self._path(numbers, line, kind)
         colors = [self.fields.colors[number].at(ray.wavelengths) for number in numbers]
@@ -76,6 +78,7 @@ class SampledVolumes:
         else:
             out = march(way)
             light = sum((a * c for a, c in zip(out.amounts, every, strict=True)), mi.Spectrum(0.0))
+        # The light of a volume is attenuated by what lies before it alone, which the march knows.
         gained = dr.select(active, path.throughput * light, 0.0)
         seen = dr.select(out.transmittance > LEAST_SEEN, out.transmittance, 0.0)
         path.throughput = dr.select(active, path.throughput * seen, path.throughput)
@@ -146,10 +149,12 @@ class PathLit(Lit):
 
         tables, lights = self.integrator.tables, self.integrator.lights
         marks, depth, passed, si = self.of_path
+        # Without a test for surfaces, which know nothing of transparency and of the visibility of objects.
         found, light = self.scene.sample_emitter_direction(place, draw, False, active)
         number, kind = tables.number(found.emitter), mi.UInt32(int(Rays.VOLUME))
         wanted = active & (found.pdf > 0.0) & tables.lights_it(number, kind, depth, mi.UInt32(0))
         light = dr.select(wanted, light, 0.0)
+        # Only light that arrives is worth the way through surfaces and volumes.
         wanted &= dr.any(light != 0.0)
         if tables.shadowless is not None:
             wanted &= tables.look_up(tables.shadowless, number) == 0
@@ -158,6 +163,7 @@ class PathLit(Lit):
             ray.time = mi.Float(0.0)  # its length counts from here
             # in Cycles scattered rays alone meet an even environment, and pass what they do not see
             kind = dr.select(number == lights.even_world, kind, int(Rays.SHADOW))
+            # The way begins on no surface: as within a strand, whose wall is no place to start from.
             start = si, mi.UInt32(0), mi.Bool(True)
             way = ray, (mi.UInt32(0), mi.UInt32(0)), start
             clear = self.integrator.clear_way(self.scene, way, (number, passed, marks, kind), wanted)
