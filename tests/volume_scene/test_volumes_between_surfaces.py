@@ -133,3 +133,13 @@ def test_a_volume_with_shadows_lights_what_is_around_it():
     volume = replace(slab("shadows"), transfer=glow, hidden_from=Rays.CAMERA)
     shown = columns(2, [sheet("floor", 0.5, -0.75, half=2.0)], volume, samples=256)
     np.testing.assert_allclose(shown[:, :3], 0.8, rtol=0.06)
+
+
+def test_lamps_light_volumes_by_their_own_rules():
+    """One that is hidden from volume scattering lit them, and one without Cast Shadow was shadowed there."""
+    lamp = PointLight(name="lamp", world_from_light=at(0.0, 3.0), power_w=100.0, casts_shadow=False)
+    lid = [sheet("matt", 0.0, 1.5, half=3.0, hidden_from=Rays.CAMERA)]
+    volume = replace(slab("shadows"), quality=10.0, rule="uniform")
+    (lit,) = columns(1, lid, volume, (lamp,))
+    (unlit,) = columns(1, lid, volume, (replace(lamp, hidden_from=Rays.VOLUME),))
+    assert (lit[:3] > 0.01).all() and (unlit[:3] == 0.0).all()
