@@ -239,8 +239,7 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     seen = seen_as(instance, found.translation.depsgraph)
     settings = settings_data(obj, found.translation.depsgraph)
     samples = has_transfer(settings)
-    has_shadows = samples and settings.spectral.lighting == "shadows"
-    note_volume(found.translation, obj.name, seen, has_shadows=has_shadows)
+    note_volume(found.translation, obj.name, seen)
     note_velocity(found, obj)
     if samples:
         volume = translate_volume(found, found.unique("volume", obj.name_full), obj, instance)

@@ -76,20 +76,8 @@ def seen_as(instance: Any, depsgraph: Any) -> dict[str, Any]:
     }
 
 
-SCATTERED = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION
-
-
-def note_volume(translation: Translation, subject: str, seen: dict[str, Any], *, has_shadows: bool = False) -> None:
-    """Name the settings of an object that have no effect on its volume.
-
-    ``seen``: as ``seen_as`` gives it. ``has_shadows``: the volume has a transfer function whose lighting has shadows.
-    """
-    if has_shadows and seen["hidden_from"] & SCATTERED not in (Rays.NONE, SCATTERED):
-        translation.note(
-            subject,
-            "its volume with a transfer function is hidden from diffuse, glossy and transmitted rays only together; "
-            "switch all three off, or none",
-        )
+def note_volume(translation: Translation, subject: str, seen: dict[str, Any]) -> None:
+    """Name the settings of an object that have no effect on its volume; ``seen``: as ``seen_as`` gives it."""
     if seen["is_shadow_catcher"]:
         translation.note(subject, "it is a shadow catcher, and its volume is none")
 

@@ -27,11 +27,12 @@ from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.chosen_pixels import ChosenPixels
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.guides import GuidePass
+from spectral_core.render.trace.media.sampled import SampledVolumes
 from spectral_core.render.trace.path_settings import PathSettings
 from spectral_core.render.trace.scene_path import scene_path
 from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
-from spectral_core.render.volumes import missed_qualities, volume_integrator
+from spectral_core.render.volumes import missed_qualities, sampled_volumes
 from spectral_core.render.volumes_as_media import with_volumes
 from spectral_core.scene import Note, Scene
 from spectral_core.spectra.spectrum import Spectrum
@@ -127,11 +128,10 @@ class RenderJob:
             self._loaded.rules.reradiation = reradiation(self._loaded.parts.context, lights, teeth)
             self._integrators = self._load_integrators(groups=bool(measure.groups))
             if self.scene.volumes:
-                self._loaded_notes += missed_qualities(next(iter(self._integrators.values())))
+                self._loaded_notes += missed_qualities(next(iter(self._integrators.values())).sampled.fields)
             self._first_hit = FirstHit(
                 self._mitsuba,
                 self._loaded.scene,
-                () if own_paths else self._loaded.hidden,  # the path integrator itself hides objects from the camera
                 self.scene.film.transparent,
                 self._loaded.background,
                 Tables(self._mitsuba, self._loaded.rules),
@@ -163,29 +163,20 @@ class RenderJob:
         """One integrator by light group. All groups share one, except where volumes emit light: the first group has
         that light, the first by name, because the order of the lamps may change between two recordings.
         """
-        surface = self._surface_integrator()
         names = (sorted(self._loaded.switches) if groups else []) or [""]
         if not self.scene.volumes:
-            return dict.fromkeys(names, surface)
-
-        def load(like: Any = None) -> Any:
-            return volume_integrator(
-                self._mitsuba,
-                self.scene,
-                surface,
-                max_depth=self.plan.bounces + 2,
-                spectral=self.plan.is_spectral,
-                own_light=like is None,
-                loaded=self._loaded.scene,
-                like=like,
-            )
-
+            return dict.fromkeys(names, self._integrator())
+        lit_by, spectral = self._loaded.scene, self.plan.is_spectral
+        whole = sampled_volumes(self.scene, lit_by, spectral=spectral)
         first, *others = names
-        whole = load()
-        return {first: whole} | (dict.fromkeys(others, load(whole)) if others else {})
+        made = {first: self._integrator(whole)}
+        if others:
+            lit = sampled_volumes(self.scene, lit_by, spectral=spectral, own_light=False, like=whole)
+            made |= dict.fromkeys(others, self._integrator(lit))
+        return made
 
-    def _surface_integrator(self) -> Any:
-        """The integrator for light between surfaces and in media."""
+    def _integrator(self, sampled: SampledVolumes | None = None) -> Any:
+        """The integrator for light between surfaces, in media and in sampled volumes."""
         plan, limits = self.plan, self.scene.settings.light_paths
         white = float(white_light().values.mean()) if plan.is_spectral else 1.0
         found = take_inventory(self.scene)
@@ -193,7 +184,7 @@ class RenderJob:
         # without light tables lamps are objects, which shadow rays pass
         clear |= not self._loaded.lights and found.bodies_shade
         film = self.scene.film
-        glass = film.transparent and film.transparent_glass and not self.scene.volumes
+        glass = film.transparent and film.transparent_glass
         settings = PathSettings(plan.bounces, clear, limits, white, glass)
         wanted = self.scene.settings.passes
         if wanted is not None and (wanted.light or wanted.light_groups) and not self.scene.volumes:
@@ -201,7 +192,7 @@ class RenderJob:
             groups = Groups.of(wanted.light_groups, self.scene, lights, media)
             tables = Tables(self._mitsuba, self._loaded.rules)
             return light_pass_class(self.variant)(settings, tables, self._lights(), groups)
-        return scene_path(self._mitsuba, settings, self._loaded.rules, self._lights())
+        return scene_path(self._mitsuba, settings, self._loaded.rules, self._lights(), sampled)
 
     @property
     def tells_light_apart(self) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sampled volumes of a scene, rendered by the integrator ``adaptive_volume`` around the one for surfaces."""
+"""Sampled volumes of a scene, as its path integrator shows them between surfaces."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import numpy as np
 
 from spectral_core.errors import UnknownNameError
 from spectral_core.render.lens.camera_rays import CameraFrame, camera_frame, rays
+from spectral_core.render.trace.media.sampled import SampledVolumes
 from spectral_core.scene import Camera, Film, Note, Rays, Scene, VolumeObject
 from spectral_core.spectra.observer import STANDARD, observer
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.mitsuba_integrator.plugin import register_integrator
 from spectral_core.volume.mitsuba_integrator.scene_colors import in_even_light
-from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, integrator_dict, release
+from spectral_core.volume.mitsuba_integrator.scene_fields import SceneFields
+from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, VolumeSettings
 from spectral_core.volume.view import View
 
 LIGHTING = ("even", "scene", "shadows")
@@ -35,57 +36,40 @@ OWN_LIGHT = (
 )
 
 
-def volume_integrator(
-    mitsuba: Any,
-    scene: Scene,
-    surface: Any,
-    *,
-    max_depth: int,
-    spectral: bool,
-    own_light: bool = True,
-    loaded: Any = None,
-    like: Any = None,
-) -> Any:
-    """The integrator for the volumes of ``scene`` in front of and among surfaces; ``surface`` integrates their light.
+def sampled_volumes(
+    scene: Scene, loaded: Any, *, spectral: bool, own_light: bool = True, like: SampledVolumes | None = None
+) -> SampledVolumes:
+    """The volumes of ``scene`` for its path integrator, under the active variant.
 
     Steps are chosen for the scene's camera and, where lamps light the volumes, for the lights of ``loaded``, the scene
     in Mitsuba. ``own_light`` False omits light that does not come from the scene's lights, so that the shares of light
-    groups add up to the picture; such an integrator takes the steps of the one that it is ``like``.
+    groups add up to the picture; such volumes take the steps of those that they are ``like``.
     """
-    register_integrator()
     lighting = max((require_lighting(volume) for volume in scene.volumes), key=LIGHTING.index)
     items = [_item(volume, lighting, spectral=spectral, own_light=own_light) for volume in scene.volumes]
-    description = integrator_dict(
-        items,
-        surface,
-        quality=float(max(volume.quality for volume in scene.volumes)),
-        shading=lighting != "even",
-        shadows=lighting == "shadows",
-        channels=scene.film.transparent,
-        jitter=True,  # the samples of a pixel average the errors of its steps
-        max_depth=max_depth,
-    )
-    try:
-        integrator = mitsuba.load_dict(description)
-    finally:
-        for handle in description["handles"].split(","):
-            release(handle)
+    quality = float(max(volume.quality for volume in scene.volumes))
+    settings = VolumeSettings(quality=quality, shading=lighting != "even", shadows=lighting == "shadows")
+    fields = SceneFields(items, settings)
     if like is None:
-        views = [view_of(scene.camera, scene.film, item.volume) for item in items]
-        integrator.fields.prepare(views, loaded)
+        fields.prepare([view_of(scene.camera, scene.film, item.volume) for item in items], loaded)
     else:
-        integrator.fields.take_steps(like.fields)
-    return integrator
+        fields.take_steps(like.fields)
+    return SampledVolumes(fields, [_hidden_from(volume) for volume in scene.volumes])
 
 
-def missed_qualities(integrator: Any) -> tuple[Note, ...]:
-    """Notes on the volumes of a ``volume_integrator`` whose wanted quality no steps reach, or only without shadows."""
-    fields = integrator.fields
+def missed_qualities(fields: SceneFields) -> tuple[Note, ...]:
+    """Notes on the volumes whose wanted quality no steps reach, or only without shadows."""
     planned = zip(fields.items, fields.plans, strict=True)
     notes = [Note(item.volume.name, made.shortfall) for item, made in planned if made and made.shortfall]
     if fields.settings.shadows and not fields.shadows_planned:
         notes += [Note(item.volume.name, WITHOUT_SHADOWS) for item in fields.items if item.in_camera]
     return tuple(notes)
+
+
+def _hidden_from(volume: VolumeObject) -> Rays:
+    """Rays that pass a volume: without shadows also those to lamps, and those that matt surfaces scatter."""
+    without = Rays.NONE if volume.lighting == "shadows" else Rays.DIFFUSE | Rays.SHADOW
+    return volume.hidden_from | without
 
 
 def shining(scene: Scene) -> tuple[str, ...]:
@@ -165,10 +149,5 @@ def _item(volume: VolumeObject, lighting: str, *, spectral: bool, own_light: boo
     own = unit if own_light else 0.0
     gains = tuple(1.0 if m.lit and lighting != "even" else own for m in transfer.materials)
     field = ScalarVolume(volume.name, volume.data, volume.world_from_index)
-    seen = ~volume.hidden_from
-    if volume.lighting != "shadows":
-        seen &= Rays.CAMERA
-    scattered = bool(seen & (Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION))
-    return SceneVolume(
-        field, transfer, gains, volume.rule, bool(seen & Rays.CAMERA), bool(seen & Rays.SHADOW), scattered
-    )
+    seen = ~_hidden_from(volume)
+    return SceneVolume(field, transfer, gains, volume.rule, bool(seen & Rays.CAMERA), bool(seen & Rays.SHADOW))

@@ -229,8 +229,8 @@ class VolumeObject:
     ``data``: (nx, ny, nz), any integer or float type. ``world_from_index``: (4, 4), voxel centers to world space.
     ``transfer``: a ``spectral_core.volume`` transfer function (not typed here, because ``scene`` does not import
     ``volume``). ``rule`` and ``quality`` (SNR of the picture in dB, 10 to 90): as ``spectral_core.volume`` defines
-    them. ``lighting``: one of ``spectral_core.render.volumes.LIGHTING``. ``hidden_from``: rays that pass it, scattered
-    ones only together unless there are other media.
+    them. ``lighting``: one of ``spectral_core.render.volumes.LIGHTING``. ``hidden_from``: rays that pass it.
+    Without shadows, rays that matt surfaces scatter and those to lamps pass it, too.
     """
 
     name: str

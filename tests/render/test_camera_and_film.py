@@ -102,7 +102,7 @@ def by_mitsuba(scene, bands):
     )
     sums = FilmSums(mi, scene.camera, scene.film, wavelengths)
     integrator = mi.load_dict({"type": "path", "max_depth": scene.settings.max_bounces + 2})
-    for _ in sums.add(FirstHit(mi, loaded.scene, (), False), integrator, scene.film.samples):
+    for _ in sums.add(FirstHit(mi, loaded.scene, False), integrator, scene.film.samples):
         pass
     return Picture(sums.picture(), sums.band_picture())
 

@@ -167,7 +167,7 @@ def test_only_volumes_with_shadows_cast_them(lighting, expected):
     from spectral_core.render.volumes import _item
 
     made = _item(slab(constant(), lighting), "shadows", spectral=False, own_light=True)
-    assert (made.in_camera, made.in_shadow) == expected and made.in_bounces == made.in_shadow
+    assert (made.in_camera, made.in_shadow) == expected
     assert [each.lit for each in made.transfer.materials] == [lighting != "even"]
 
 
@@ -223,11 +223,11 @@ def test_the_box_of_a_volume_among_media_is_larger_than_its_voxels():
 def test_each_volume_has_the_step_rule_that_it_states():
     import mitsuba as mi
 
-    from spectral_core.render.volumes import volume_integrator
+    from spectral_core.render.volumes import sampled_volumes
 
     mi.set_variant("llvm_ad_rgb")
     volumes = [replace(slab(constant()), name=rule, rule=rule) for rule in ("uniform", "error", "auto")]
-    made = volume_integrator(mi, scene(*volumes), {"type": "path"}, max_depth=3, spectral=False)
+    made = sampled_volumes(scene(*volumes), None, spectral=False)
     ways = [plan.stepping.rule for plan in made.fields.plans]
     assert ways[:2] == ["uniform", "error"]
     tried = {trial.stepping.rule for trial in made.fields.plans[2].trials}
@@ -259,7 +259,7 @@ def test_notes_name_volumes_whose_quality_is_not_reached_or_does_not_count_shado
     for shadows, planned, expected in ((False, False, 1), (True, True, 1), (True, False, 3)):
         settings = SimpleNamespace(shadows=shadows)
         fields = SimpleNamespace(items=items, plans=plans, settings=settings, shadows_planned=planned)
-        notes = missed_qualities(SimpleNamespace(fields=fields))
+        notes = missed_qualities(fields)
         assert [(note.subject, note.message) for note in notes][:1] == [("short", "it is not reached")]
         assert len(notes) == expected
     assert {note.message for note in notes[1:]} == {WITHOUT_SHADOWS}

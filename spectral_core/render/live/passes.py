@@ -173,7 +173,7 @@ class Launcher(Accumulator):
         def body(index: Any, albedo: Any, normal: Any) -> Any:
             sampler.begin(index)
             ray, _ = self._ray(corner, sampler)
-            color, direction = first_seen(first_hit, first_hit.past_hidden(ray), sampler, most)
+            color, direction = first_seen(first_hit, ray, sampler, most)
             return index + 1, albedo + color, normal + direction
 
         _, albedo, normal = self._dr.while_loop(

@@ -56,14 +56,13 @@ class SceneParts:
 class LoadedScene:
     """``scene``: Mitsuba's scene; ``notes``: features that are approximated.
 
-    ``hidden``: shapes of lights that the camera does not see. ``switches``: functions that turn a light group on and
-    off, if groups were requested. ``rules``: visibility of shapes and lights to rays, and media. ``parts``: objects by
-    name. ``background``: the emitter that the camera sees behind everything, None for black.
+    ``switches``: functions that turn a light group on and off, if groups were requested. ``rules``: visibility of
+    shapes and lights to rays, and media. ``parts``: objects by name. ``background``: the emitter that the camera sees
+    behind everything, None for black.
     """
 
     scene: Any
     notes: tuple[Note, ...]
-    hidden: tuple[Any, ...]
     switches: dict[str, list[Callable[[bool], None]]]
     rules: RayRules
     parts: SceneParts
@@ -99,7 +98,7 @@ def load_scene(
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
-    context.walks_below, context.filter_glossy = not scene.volumes, scene.settings.light_paths.filter_glossy
+    context.filter_glossy = scene.settings.light_paths.filter_glossy
     context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
     look_through(context.tables, scene.camera, scene.film)
@@ -114,7 +113,6 @@ def load_scene(
     for number, group in enumerate(shapes.groups):  # a Mitsuba scene must contain the shape groups of its instances
         description[f"group_{number:06d}"] = group
     sphere = bounding_sphere(scene, {name: [part.positions for part in of.values()] for name, of in parts.items()})
-    hidden = []
     for number, item in enumerate(scene.lights):
         if context.lights is not None:
             source = add_lamp(context, context.lights, item)
@@ -128,7 +126,6 @@ def load_scene(
             if isinstance(made.entry, mitsuba.Shape):
                 _enter_body(context, made.entry)
                 if not item.camera_visible:
-                    hidden.append(made.entry)
                     rules.add_shapes([made.entry], int(Rays.CAMERA))
     geometry = shapes.geometry
     world = geometry.world = geometry.world or light.world_emitter(context, scene.world)
@@ -152,9 +149,7 @@ def load_scene(
     switches = context.switches or {}
     rules.subsurface, rules.disks, rules.holdouts = context.has_subsurface, context.has_disks, context.has_holdouts
     chosen = chosen_emitters(context, loaded, scene, by_name, rules) if movable and not scene.volumes else None
-    home = LoadedScene(
-        loaded, tuple(context.notes), tuple(hidden), switches, rules, by_name, background, lights, chosen
-    )
+    home = LoadedScene(loaded, tuple(context.notes), switches, rules, by_name, background, lights, chosen)
     context.tables.live_in(home)
     keep(context, geometry, loaded)
     return home

@@ -44,8 +44,6 @@ class Context:
 
     filter_glossy: float = 0.0
     """Strength of Filter Glossy, which blurs mirrors and glass that diffuse light reaches; 0 for none."""
-    walks_below: bool = True
-    """True if the path integrator supports subsurface walks."""
     has_holdouts: bool = False
     """True if any surface is a holdout."""
     has_subsurface: bool = False

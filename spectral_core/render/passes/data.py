@@ -98,7 +98,7 @@ class DataPasses(LobeColors):
             ray, drawn = self._ray(corner, sampler)
             sampler.index = index  # a ray that comes again draws other lobes
             self._measured = lambda light: self._measure(light, drawn)
-            return index + 1, *self._walk(first_hit, first_hit.past_hidden(ray), sampler, slots)
+            return index + 1, *self._walk(first_hit, ray, sampler, slots)
 
         empty = [register for _ in kinds for register in self._crypto.empty(count)]
         # the last ray goes through the middle of the pixel, for passes of one ray

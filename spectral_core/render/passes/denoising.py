@@ -70,7 +70,7 @@ class DenoisingData(LobeColors):
     ) -> None:
         super().__init__(mitsuba, *view, wavelengths, keep=False)
         self._wanted, self._unit = wanted, unit
-        self._integrator = integrator if hasattr(integrator, "arrived") else None  # sampled volumes have another
+        self._integrator = integrator if integrator.sampled is None else None  # volumes may be in front
         self._load_white()
 
     def trace(self, first_hit: FirstHit) -> dict[str, Array]:
@@ -87,7 +87,7 @@ class DenoisingData(LobeColors):
             sampler.begin(index)
             ray, drawn = self._ray(corner, sampler)
             self._measured = lambda light: self._measure(light, drawn)
-            found = self._follow_sharp(first_hit, first_hit.past_hidden(ray), sampler)
+            found = self._follow_sharp(first_hit, ray, sampler)
             albedo, normal, depth = (before + more for before, more in zip((albedo, normal, depth), found, strict=True))
             return index + 1, albedo, normal, depth
 

@@ -126,7 +126,7 @@ class Accumulator:
         # it would wait for the longest path of its packet. Spectral transport does not do so: to draw and to weight
         # wavelengths for each ray would cost more than is gained.
         restarts = getattr(integrator, "restarts", False) and self._measuring is None
-        restarts = restarts and not first_hit.looks_through and not first_hit.hidden
+        restarts = restarts and not first_hit.looks_through
         start = (first, tile.sums, tile.covered, tile.lost, *((integrator.State(), sampler) if restarts else ()))
         labels = ("index", "sums", "covered", "lost", *(("path", "sampler") if restarts else ()))
         body = step if restarts else sample
@@ -193,24 +193,27 @@ class Accumulator:
         transport), its coverage of the pixel, and True if it was a finite number.
         """
         mi, dr, looks = self._mi, self._dr, ray.maxt > 0.0
-        ray = first_hit.past_hidden(ray)
         passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
+        sampled = getattr(integrator, "sampled", None)
+        if sampled is not None:
+            sampled.begin(sampler)
         if first_hit.looks_through:
-            passed, behind = first_hit.straight_through(ray)
+            passed, behind = first_hit.straight_through(ray, sampled)
         later = None
-        has_volumes = bool(integrator.aov_names())  # in front of the first hit; their transmittance comes first
-        # where nothing covers the picture, there may still be a lamp that the camera sees, or a pass of the environment
-        meets = has_volumes or first_hit.shows_lamps or getattr(integrator, "sums", None) is not None
+        # where nothing covers the picture, there may still be a lamp that the camera sees, a volume that emits light
+        # and absorbs none, or a pass of the environment
+        shows = first_hit.shows_lamps or sampled is not None
+        meets = shows or getattr(integrator, "sums", None) is not None
         seen = mi.Bool(True) if meets else dr.min(passed) < 1.0
         if self._sees_partly:  # outside a fisheye's circle the picture and its passes are empty
             seen &= looks
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)
+        if sampled is not None:
+            sampled.release()
         if getattr(integrator, "tells_reflections", False):
             extra, parts = extra[:-8], extra[-8:]
             later = mi.Spectrum(*parts[:4]), mi.Spectrum(*parts[4:])
-        if has_volumes:
-            passed, behind = passed * extra[0], behind * extra[0]
-        elif extra:
+        if extra:
             passed += dr.select(seen & dr.isfinite(extra[0]), extra[0], 0.0)  # the share behind glass
         (radiance, later), finite = self._finite((radiance, later), seen)
         radiance -= dr.select(seen, behind, 0.0)  # radiance holds the environment behind: its mean is subtracted

@@ -8,8 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from spectral_core.checks import read_only_when_copied
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, Tables
 from spectral_core.render.plugins.closures.holdout import QUESTION
@@ -24,7 +22,7 @@ MOST_LAYERS = 64
 @read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class FirstHit:
-    """Traces camera rays of one loaded scene. ``hidden``: shapes that the camera does not see.
+    """Traces camera rays of one loaded scene.
 
     ``transparent``: the environment is not visible directly, and not part of radiance and coverage. Holdouts cut holes
     into either type of film.
@@ -32,7 +30,6 @@ class FirstHit:
 
     mitsuba: Any
     scene: Any
-    hidden: tuple[Any, ...]
     transparent: bool
     background: Any | None = None
     """The emitter that the camera sees behind everything, None for black."""
@@ -50,35 +47,12 @@ class FirstHit:
         """True if a pixel may be covered in part."""
         return self.transparent or (self.rules is not None and self.rules.cuts_holes)
 
-    def past_hidden(self, ray: Any) -> Any:
-        """The ray, continued behind the hidden shapes before its first visible hit."""
-        if not self.hidden:
-            return ray
-        import drjit as dr
-
-        mi = self.mitsuba
-        table = self._table()
-
-        def body(origin: Any, length: Any, layers: Any, walking: Any) -> Any:
-            probe = mi.Ray3f(ray)
-            probe.o, probe.maxt = origin, length
-            si = self.scene.ray_intersect(probe, walking)
-            is_hidden = walking & si.is_valid() & self._is_hidden(table, si.shape)
-            onward = si.spawn_ray(ray.d)
-            origin = dr.select(is_hidden, onward.o, origin)
-            length = dr.select(is_hidden, length - si.t, length)
-            return origin, length, layers + 1, is_hidden & (layers + 1 < MOST_LAYERS)
-
-        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), mi.UInt32(0), mi.Bool(True))
-        origin, length, _, _ = dr.while_loop(start, lambda _o, _l, _n, walking: walking, body)
-        ray.o, ray.maxt = origin, length
-        return ray
-
-    def straight_through(self, ray: Any) -> tuple[Any, Any]:
+    def straight_through(self, ray: Any, sampled: Any = None) -> tuple[Any, Any]:
         """Share of the pixel that nothing covers straight along ``ray``, per wavelength, and the light that is visible
         there.
 
-        A holdout covers nothing and emits nothing. If the film is not transparent, the environment covers.
+        ``sampled``: the ``SampledVolumes`` between surfaces. A holdout covers nothing and emits nothing. If the film is
+        not transparent, the environment covers.
         """
         import drjit as dr
 
@@ -87,6 +61,9 @@ class FirstHit:
 
         def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, layers: Any, walking: Any) -> Any:
             si, met, unseen, is_hole = self.meet(ray, origin, length, walking)
+            way = dr.select(si.is_valid(), si.t, length)
+            if sampled is not None:
+                passed *= sampled.seen_through(origin, ray.d, way, walking)
             clear = self.surface(si).eval_null_transmission(si, met & ~unseen)
             # a holdout leaves what its transparent parts show of the things behind it, as in Cycles
             hole = dr.select(is_hole, hole + passed * (1.0 - clear), hole)
@@ -159,24 +136,3 @@ class FirstHit:
         bits = self.rules.look_up(self.rules.shapes, self.rules.shape_number(si))
         unseen = met & ((bits & int(Rays.CAMERA)) != 0)
         return unseen, met & ~unseen & ((bits & HOLDOUT) != 0)
-
-    def _table(self) -> Any:
-        """Flag per registry number of a shape."""
-        mi = self.mitsuba
-        numbers = [int(self._number(mi.ShapePtr(shape))[0]) for shape in self.hidden]
-        flags = np.zeros(max(numbers) + 1, np.uint32)
-        flags[numbers] = 1
-        return mi.UInt32(flags)
-
-    def _number(self, shape: Any) -> Any:
-        import drjit as dr
-
-        return dr.reinterpret_array(self.mitsuba.UInt32, shape)
-
-    def _is_hidden(self, table: Any, shape: Any) -> Any:
-        import drjit as dr
-
-        mi = self.mitsuba
-        number = self._number(shape)
-        known = number < dr.opaque(mi.UInt32, dr.width(table))
-        return dr.gather(mi.UInt32, table, number, known) == 1

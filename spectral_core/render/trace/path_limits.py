@@ -75,11 +75,11 @@ def is_hole(integrator: Any, shape: Any, kind: Any) -> Any:
     return ((bits & HOLDOUT) != 0) & ((kind & int(Rays.CAMERA)) != 0)
 
 
-def cut_caustic(settings: PathSettings, bsdf: Any, kind: Any) -> Any:
+def cut_caustic(integrator: Any, bsdf: Any, kind: Any) -> Any:
     """True if a diffuse ray hits a mirror or a glass whose caustics are switched off."""
     import mitsuba as mi
 
-    limits = settings.limits
+    limits = integrator.settings.limits
     cut = mi.Bool(False)
     flags = bsdf.flags()
     diffuse = mi.has_flag(flags, mi.BSDFFlags.Diffuse) | mi.has_flag(flags, mi.BSDFFlags.Null)
@@ -160,13 +160,13 @@ def clamps_of(settings: PathSettings) -> tuple[Any, Any] | None:
     return dr.opaque(mi.Float, highest[0]), dr.opaque(mi.Float, highest[1])
 
 
-def clamped(clamps: tuple[Any, Any] | None, value: Any, indirect: Any) -> Any:
+def clamped(integrator: Any, value: Any, indirect: Any) -> Any:
     """A contribution reduced to the limits on a sample's mean (``clamps_of``)."""
     import drjit as dr
 
-    if clamps is None:
+    if integrator.clamps is None:
         return value
-    low, high = clamps
+    low, high = integrator.clamps
     mean = channel_mean(dr, dr.abs(value))
     most = dr.select(indirect, high, low)
     return value * dr.select(mean > most, most / mean, 1.0)

@@ -25,9 +25,11 @@ from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.scene import Rays
 
 
-def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules, lights: Any = None) -> Any:
-    """The integrator under the active variant; ``lights``: our light tables, None for Mitsuba's emitters."""
-    return scene_path_class(mitsuba.variant())(settings, Tables(mitsuba, rules), lights)
+def scene_path(mitsuba: Any, settings: PathSettings, rules: RayRules, lights: Any, sampled: Any = None) -> Any:
+    """The integrator under the active variant; ``lights``: our light tables or Mitsuba's emitters; ``sampled``: the
+    ``SampledVolumes`` between surfaces, None for none.
+    """
+    return scene_path_class(mitsuba.variant())(settings, Tables(mitsuba, rules), lights, sampled)
 
 
 @cache
@@ -46,11 +48,14 @@ def scene_path_class(variant: str) -> Any:
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
         shadow_ray = hit_sides.shadow_ray
         even_lobe, is_hole, clear_way = reradiation.even_lobe, path_limits.is_hole, path_limits.clear_way
+        count, cut_caustic, clamped = path_limits.count, path_limits.cut_caustic, path_limits.clamped
         seen_side, sides_of, kind_of = hit_sides.seen_side, hit_sides.sides_of, hit_sides.kind_of
 
-        def __init__(self, settings: PathSettings, tables: Tables, lights: Any) -> None:
+        def __init__(self, settings: PathSettings, tables: Tables, lights: Any, sampled: Any = None) -> None:
             super().__init__(mi.Properties())
-            self.tables, self.settings, self.lights = tables, settings, lights
+            self.tables, self.settings, self.lights, self.sampled = tables, settings, lights, sampled
+            if sampled is not None:
+                self.restarts = False  # the volumes keep a phase of each path
             limits, self.clamps = settings.limits, path_limits.clamps_of(settings)
             count = lambda value: dr.opaque(mi.UInt32, int(value))  # noqa: E731
             # opaque: kernels read the numbers, so that another limit needs no new kernel
@@ -109,6 +114,10 @@ def scene_path_class(variant: str) -> Any:
             microfacet.blur(si, self.filter_glossy, path.least_density)
             si.wi = self.upright(si)
             leaves = path.leaves & path.active
+            if self.sampled is not None:
+                # before the light of the hit, which reaches the path through them
+                gained = self.sampled.cross(self, scene, si, path, sampler)
+                path.add(self.clamped(gained, path.depth > 0), path.diffuse)
             unseen &= ~leaves
             floats, place = mi.Bool(False), si
             if self.tables.media is not None:
@@ -201,10 +210,6 @@ def scene_path_class(variant: str) -> Any:
             found = self.lights.met_in_fog(si, path, share, self.tables, active & flight.even, flight.extinction)
             return flight.carried * found
 
-        def count(self, path: Any, bs: Any, scatters: Any) -> None:
-            """Count a bounce by its type, as in Cycles, and mark the last one of the path."""
-            path_limits.count(self, path, bs, scatters)
-
         def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
             """Light that a ray hits: of lamps, an emissive surface or the environment, weighted against sampling.
 
@@ -283,15 +288,10 @@ def scene_path_class(variant: str) -> Any:
             kind = dr.select(drawn.number == self.lights.even_world, kind, int(Rays.SHADOW))
             light = drawn.number, path.passed, shadow_marks(mi, si.dn_dv), kind
             clear = self.clear_way(scene, (ray, media, start), light, wanted & ~shadowless)
+            if self.sampled is not None:
+                # between all surfaces on the way at once, whatever these let pass
+                clear = clear * self.sampled.clear(ray, drawn.number, wanted & ~shadowless)
             return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
-
-        def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
-            """True if a diffuse ray hits a mirror or a glass whose caustics are switched off."""
-            return path_limits.cut_caustic(self.settings, bsdf, kind)
-
-        def clamped(self, value: Any, indirect: Any) -> Any:
-            """A contribution reduced to the limits on a sample's mean."""
-            return path_limits.clamped(self.clamps, value, indirect)
 
         def to_string(self) -> str:
             return "ScenePath"

@@ -7,7 +7,7 @@ field is in the world. Through several it counts world units from the first entr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from spectral_core.volume.march.arithmetic import larger, smaller
@@ -154,11 +154,17 @@ class Path:
         return dr.fma(t, self.world, self.start)
 
 
-def path_through(fields: list[Placed], ray: WorldRay, phase: Any = None) -> Path:
-    """The path of a world ray through ``fields``; ``phase`` as in ``Path``."""
+def path_through(fields: list[Placed], ray: WorldRay, phase: Any = None, passed: list[Any] | None = None) -> Path:
+    """The path of a world ray through ``fields``; ``phase`` as in ``Path``.
+
+    ``passed``: for each field True for the rays that pass through it as if it were not there; None for none.
+    """
     import drjit as dr
 
-    parts = [field.rays(ray) for field in fields]
+    lines = [ray] * len(fields)
+    if passed is not None:
+        lines = [replace(ray, end=dr.select(each, 0.0, ray.end)) for each in passed]
+    parts = [field.rays(line) for field, line in zip(fields, lines, strict=True)]
     # One field counts its own voxels: no other has to agree on the unit.
     if len(fields) == 1:
         rays, begin = parts[0]

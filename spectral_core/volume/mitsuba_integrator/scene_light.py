@@ -70,13 +70,18 @@ class Lit:
 
     def _arriving(self, place: Any, draw: Any, surfaces: list[Surface], active: Any) -> list[Any]:
         """Light on each of the ``surfaces`` at a ``place`` from the emitter that the random numbers choose."""
+        toward, weight = self.incoming(place, draw, active)
+        return [weight * surface.facing(toward) for surface in surfaces]
+
+    def incoming(self, place: Any, draw: Any, active: Any) -> tuple[Any, Any]:
+        """(direction, light over its density) of an emitter at a ``place``."""
         import drjit as dr
 
         found, weight = self.scene.sample_emitter_direction(place, draw, self.settings.shadows, active)
         if self.settings.shadows:
             toward = WorldRay(place.p, found.d, dr.select(active & (found.pdf > 0), way_to(found), 0.0))
             weight *= transmittance(self.occluders, toward)
-        return [weight * surface.facing(found.d) for surface in surfaces]
+        return found.d, weight
 
 
 @dataclass(frozen=True)

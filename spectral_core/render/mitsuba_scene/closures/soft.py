@@ -35,12 +35,7 @@ class Below:
 
 
 def subsurface(context: Context, below: Below, subject: str) -> Lobe | None:
-    """Subsurface scattering; None if light leaves where it entered, or, with a note, where the integrator does not
-    support it.
-    """
-    if not context.walks_below:
-        context.note(subject, "light below the surface is shown as diffuse where volumes are in the scene")
-        return None
+    """Subsurface scattering; None if light leaves where it entered."""
     radius: dict[str, Source] = {}
     if isinstance(below.radius, Computed):
         radius["radius"] = paint.vector(below.radius.program)
