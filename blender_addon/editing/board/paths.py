@@ -103,8 +103,8 @@ def _own_limits(owner: Any, name: str) -> tuple[float, float] | None:
     group = getattr(owner.node, "node_tree", None)
     items = () if group is None or owner.is_output else group.interface.items_tree
     found = next((item for item in items if getattr(item, "identifier", None) == owner.identifier), None)
-    limits = getattr(found, "min_value", None), getattr(found, "max_value", None)
-    return None if None in limits else (float(limits[0]), float(limits[1]))
+    low, high = getattr(found, "min_value", None), getattr(found, "max_value", None)
+    return None if low is None or high is None else (float(low), float(high))
 
 
 def number_at(path: str) -> Number:
