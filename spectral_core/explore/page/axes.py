@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import UnknownNameError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.explore.features.expression import as_column
 
 COLORS = "viridis"
@@ -22,6 +22,8 @@ MOST_OF_NAME = 24
 """Characters of a variable's name: as many as a plot is wide."""
 MARGIN = 0.05
 """Room at either end of an axis, as a share of it."""
+MOST, WIDEST = 1e307, 1e250
+"""Largest size of a number, and largest ratio on a logarithmic axis, for which Matplotlib finds ends and ticks."""
 EMPTY = "(empty)"
 """Name of the empty text where that is a value."""
 Numbers = NDArray[np.float64]
@@ -36,6 +38,8 @@ def plotted(columns: Mapping[str, Sequence[Any]], name: str, *, takes_empty: boo
         raise UnknownNameError.among("column", name, columns)
     column = as_column(columns[name])
     if column.dtype.kind == "f":
+        if (np.abs(known_of(column)) > MOST).any():
+            raise InvalidInputError(f"the column {name!r} has a number beyond {MOST:g}, which a figure cannot show")
         return column, []
     texts = sorted((str(text) for text in {*column} if text or takes_empty), key=_natural)
     place = {text: number for number, text in enumerate(texts)}
@@ -53,15 +57,15 @@ def known_of(values: Numbers) -> Numbers:
     return values[np.isfinite(values)]
 
 
-def is_positive(values: Numbers) -> bool:
-    """True if there are values, and all of them are above 0, as a logarithm needs."""
+def takes_log(values: Numbers) -> bool:
+    """True if there are values, and all of them are above 0 and not too far apart for a logarithmic axis."""
     known = known_of(values)
-    return bool(known.size and known.min() > 0)
+    return bool(known.size and known.min() > 0 and known.max() / WIDEST < known.min())
 
 
 def is_wide(values: Numbers) -> bool:
     """True if positive numbers span more than a factor of eight, so that a logarithmic scale shows them better."""
-    return is_positive(values) and bool(known_of(values).max() > 8 * known_of(values).min())
+    return takes_log(values) and bool(known_of(values).max() > 8 * known_of(values).min())
 
 
 def scaled(axis: Any, values: Numbers, texts: Sequence[str], *, is_log: bool) -> None:
@@ -86,9 +90,9 @@ def _ends(known: Numbers, *, is_log: bool) -> tuple[float, float]:
     """Ends of an axis: those of the values, and some room."""
     low, high = float(known.min()), float(known.max())
     if is_log:
-        room = (high / low) ** MARGIN if high > low else 2.0
+        room = high**MARGIN / low**MARGIN if high > low else 2.0
         return low / room, high * room
-    room = MARGIN * (high - low) if high > low else max(0.5, 1e-9 * abs(low))
+    room = MARGIN * high - MARGIN * low if high > low else max(0.5, 1e-9 * abs(low))
     return low - room, high + room
 
 

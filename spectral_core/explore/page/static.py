@@ -15,7 +15,6 @@ from spectral_core.explore.page.axes import (
     MOST_OF_NAME,
     add_bar,
     bins,
-    is_positive,
     is_wide,
     known_of,
     norm_of,
@@ -24,6 +23,7 @@ from spectral_core.explore.page.axes import (
     plotted,
     scaled,
     scattered,
+    takes_log,
 )
 from spectral_core.explore.page.fonts import save_figure
 
@@ -54,7 +54,7 @@ def draw_matrix(
         raise InvalidInputError(f"the variables are {', '.join(names)}; a figure shows 2 to 12, each once")
     wanted = {*names, *([color] if color else [])}
     data = {name: plotted(columns, name, takes_empty=name in parameters) for name in wanted}
-    scales = {name: name in logarithmic and not data[name][1] and is_positive(data[name][0]) for name in wanted}
+    scales = {name: name in logarithmic and not data[name][1] and takes_log(data[name][0]) for name in wanted}
     figure = _figure(path, 1.6 * len(names))
     axes = figure.subplots(len(names), len(names), squeeze=False)
     shade = data[color][0] if color else None
