@@ -241,14 +241,8 @@ def _figures(arguments: argparse.Namespace, table: Any) -> None:
     if arguments.figure:
         shown = arguments.columns or shown_at_first(table)
         logarithmic = [name for name, about in table.about.items() if about.get("log")]
-        drawn = draw_matrix(
-            arguments.figure,
-            columns,
-            shown,
-            color=arguments.color or "",
-            logarithmic=logarithmic,
-            parameters=parameters,
-        )
+        names = {"logarithmic": logarithmic, "parameters": parameters}
+        drawn = draw_matrix(arguments.figure, columns, shown, color=arguments.color or "", **names)
         print(f"wrote {drawn}")
         others = [name for name in columns if not is_file_column(name) and name not in shown]
         if not arguments.columns and others:
