@@ -237,10 +237,12 @@ def _figures(arguments: argparse.Namespace, table: Any) -> None:
     from spectral_core.explore.sweep.cinema import is_file_column
 
     columns = dict(table.columns)
+    parameters = [name for name, about in table.about.items() if about.get("role") == "parameter"]
     if arguments.figure:
         shown = arguments.columns or shown_at_first(table)
         logarithmic = [name for name, about in table.about.items() if about.get("log")]
-        drawn = draw_matrix(arguments.figure, columns, shown, color=arguments.color or "", logarithmic=logarithmic)
+        names = {"logarithmic": logarithmic, "parameters": parameters}
+        drawn = draw_matrix(arguments.figure, columns, shown, color=arguments.color or "", **names)
         print(f"wrote {drawn}")
         others = [name for name in columns if not is_file_column(name) and name not in shown]
         if not arguments.columns and others:
@@ -253,9 +255,10 @@ def _figures(arguments: argparse.Namespace, table: Any) -> None:
                 f"--error-time draws columns of error, and the table has none of {', '.join(ERRORS)}; name columns "
                 "with --columns, or compare the pictures with --reference"
             )
-        print(
-            f"wrote {draw_error_against_time(arguments.error_time, columns, arguments.time, errors, by=arguments.by)}"
+        drawn = draw_error_against_time(
+            arguments.error_time, columns, arguments.time, errors, by=arguments.by, parameters=parameters
         )
+        print(f"wrote {drawn}")
     if arguments.figure or arguments.error_time:
         _note_fonts(columns)
 

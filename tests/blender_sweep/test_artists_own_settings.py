@@ -150,3 +150,24 @@ def test_a_number_of_a_node_without_limits_gets_a_range_about_its_value(plane: A
     compat.use_nodes(world).nodes["Background"].inputs[1].default_value = 3.0
     entry = added(STRENGTH)
     assert (entry.low, entry.high) == (0.0, 6.0)
+
+
+def test_shape_keys_and_inputs_of_groups_have_the_range_of_their_sliders(scene: Any) -> None:  # noqa: F811
+    """Shape keys went from -10 to 10, which Blender limits to 0 to 1; an input of a group from 0 to twice its value."""
+    plane = bpy.data.objects["Plane"]
+    plane.shape_key_add(name="Basis")
+    bend = plane.shape_key_add(name="Bend")
+    bend.slider_min, bend.slider_max = -0.5, 2.0
+    group = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+    amount = group.interface.new_socket("Amount", in_out="INPUT", socket_type="NodeSocketFloat")
+    amount.min_value, amount.max_value, amount.default_value = 2.0, 7.0, 3.0
+    node = bpy.data.node_groups.new("Outer", "ShaderNodeTree").nodes.new("ShaderNodeGroup")
+    node.node_tree = group
+    paths = (
+        f'bpy.data.shape_keys["{plane.data.shape_keys.name}"].key_blocks["Bend"].value',
+        f'bpy.data.node_groups["Outer"].nodes["{node.name}"].inputs[0].default_value',
+    )
+    for path, ends in zip(paths, ((-0.5, 2.0), (2.0, 7.0)), strict=True):
+        assert bpy.ops.spectral.sweep_add(target=path) == {"FINISHED"}
+        entry = scene.spectral.sweep.parameters[path]
+        assert (entry.low, entry.high) == ends

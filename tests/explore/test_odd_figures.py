@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.explore.checks.browser import Browser, find_browser
+from spectral_core.explore.page.axes import plotted
 from spectral_core.explore.page.build import PageTable, shown_at_first, write_page
 from spectral_core.explore.page.static import draw_error_against_factors, draw_error_against_time, draw_matrix
 
@@ -139,7 +140,7 @@ def test_points_without_a_text_are_gray_and_have_no_place_on_its_axis(tmp_path: 
     assert "fill: #b0b0b0" in drawing
     texts = re.findall(r"<!-- (.*?) -->", drawing)
     assert "color: t; gray: no value" in texts
-    assert [text for text in texts if text in ("one", "two", "")] == ["one", "two"] * (len(texts) and 2)
+    assert [text for text in texts if text in ("one", "two", "")] == ["one", "two"] * 3  # the third in the legend
 
 
 def test_long_names_in_figures_lose_their_middle(tmp_path: Path) -> None:
@@ -149,3 +150,48 @@ def test_long_names_in_figures_lose_their_middle(tmp_path: Path) -> None:
     table = {long: [1.0, 2.0], "place": ["under the old oak tree", "under the old ash tree"]}
     texts = drawn(draw_matrix(tmp_path / "matrix.svg", table, [long, "place"]))[1]
     assert {"brightness_o…the_morning", "under th…ak tree", "under th…sh tree"} <= texts and long not in texts
+
+
+def test_the_empty_text_of_a_parameter_is_a_value_in_figures(tmp_path: Path) -> None:
+    """Points without the flag were in no plot, and "name 10" stood before "name 2"."""
+    pytest.importorskip("matplotlib")
+    table = {"x": [1.0, 2.0, 3.0], "flag": ["", "fast", ""], "name": ["name 10", "name 2", "name 1"]}
+    names = ["x", "flag", "name"]
+    points, texts = drawn(draw_matrix(tmp_path / "matrix.svg", table, names, color="flag", parameters=["flag"]))
+    assert points == 3 * 3 and {"(empty)", "fast"} <= texts
+    assert (
+        drawn(draw_matrix(tmp_path / "outcome.svg", table, names))[0] == 3 + 1 + 1
+    )  # the text of an outcome is missing
+    time = draw_error_against_time(tmp_path / "time.svg", table, "x", ["x"], by=["flag"], parameters=["flag"])
+    assert "fill: #b0b0b0" not in time.read_text()
+    assert plotted(table, "name")[1] == ["name 1", "name 2", "name 10"]
+
+
+def test_the_colors_of_a_matrix_have_a_legend_with_the_scale_of_the_variable(tmp_path: Path) -> None:
+    """There was none, and the colors of a variable on a log scale were linear: nearly all points looked alike."""
+    pytest.importorskip("matplotlib")
+    table = {"a": [1.0, 2.0, 3.0], "watts": [0.01, 1.0, 100.0], "five": [5.0] * 3}
+    path = tmp_path / "matrix.svg"
+    drawing = draw_matrix(path, table, ["a", "five"], color="watts", logarithmic=["watts"]).read_text()
+    assert "#21918c" in drawing  # the middle of the colors
+    assert any("10^{" in text for text in drawn(path)[1])
+    assert "#21918c" not in draw_matrix(path, table, ["a", "five"], color="watts").read_text()
+    assert {"20", "100"} <= drawn(path)[1]
+
+
+def test_plots_of_one_variable_have_one_scale_and_without_a_value_none(tmp_path: Path) -> None:
+    """The numbers below a column of plots were those of its last plot, which lacks the points without a value."""
+    from matplotlib import figure
+
+    shown: list[figure.Figure] = []
+    table = {"a": [0.0, 5.0, 10.0], "b": [1.0, 2.0, 3.0], "none": [None] * 3, "part": [None, None, 4.0]}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("spectral_core.explore.page.static.save_figure", lambda made, _: shown.append(made))
+        draw_matrix(tmp_path / "a.svg", table, ["a", "b", "none", "part"], color="part")
+        draw_error_against_time(tmp_path / "b.svg", table, "none", ["b"], by=["a"])  # ended in a traceback
+    plots = shown[0].axes
+    assert {plot.get_xlim() for plot in plots[0:16:4]} == {(-0.5, 10.5)}
+    assert [list(plots[place].get_xticks()) for place in (10, 14)] == [[], []]
+    assert not len(plots[8].get_yticks()) and len(plots[4].get_yticks())
+    bar = next(each for each in shown[0].axes[15].figure.axes[3].child_axes)
+    assert [text.get_text() for text in bar.get_yticklabels()] == ["4"]

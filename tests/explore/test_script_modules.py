@@ -84,3 +84,46 @@ def test_the_region_around_one_point_stays_in_the_range_of_the_sweep(
     assert found[0] < found[1]
     for end, wanted in zip(found, expected, strict=True):
         assert wanted is None or end == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize(("values", "said"), [
+    ([None, None], ["no value"]), ([5.0, None], ["5", "no value"]), ([5.0, 5.0], ["5"]), ([1.0, 4.0], ["1", "", "4"]),
+])  # fmt: skip
+def test_the_legend_of_a_column_names_only_values_that_it_has(
+    tmp_path: Path, values: list[float | None], said: list[str]
+) -> None:
+    """A column without values had the legend 0 to 1, one of 5 alone the legend 4.5 to 5.5."""
+    made = "({ style: { setProperty() {} }, textContent: '' })"
+    code = f"""(globalThis.document = {{ createElement: () => {made} }},
+        (await import("./legend.js")).legendOf(columns[0]).map((part) => part.textContent))"""
+    assert answer(tmp_path, code, _packed("only", values, {})) == said
+
+
+def test_parallel_axes_show_values_whose_neighbors_are_missing(tmp_path: Path) -> None:
+    """Values beside a column without any, and those of a single variable, were not drawn."""
+    code = """(await (async () => {
+        const { Parallel, bundles } = await import("./parallel.js");
+        const drawn = (...at) => {
+          const calls = [];
+          const context = { beginPath() {}, stroke() {} };
+          for (const name of ["moveTo", "lineTo"]) context[name] = (x, y) => calls.push([name, x, y]);
+          const self = { table: { count: 1, byName: new Map() }, state: { color: "" }, axisX: (k) => 100 * k,
+            axisY: (v) => v, mark: Parallel.prototype.mark };
+          Parallel.prototype.lines.call(self, context, at.map((v) => Float32Array.of(v)), null, () => "");
+          return calls;
+        };
+        const at = [[0.5, 0.5], [NaN, 0.25], [0.25, NaN]].map((one) => Float32Array.from(one));
+        const of = (k, words) => {
+          const { counts, sums } = bundles(at, k, null, words);
+          const found = [...counts.entries()].filter(([, n]) => n);
+          return found.map(([p, n]) => [p % 57, n, ...sums.slice(3 * p, 3 * p + 3)]);
+        };
+        return [drawn(0.5, NaN, 0.25), drawn(0.5), drawn(0.5, 0.25), [0, 1, 2].map((k) => of(k, null)),
+          of(0, Uint32Array.of(0xff030201, 0xff060504))];
+      })())"""
+    gap, single, line, binned, colors = answer(tmp_path, code)
+    assert gap == [["moveTo", -4, 0.5], ["lineTo", 4, 0.5], ["moveTo", 196, 0.25], ["lineTo", 204, 0.25]]
+    assert single == [["moveTo", -4, 0.5], ["lineTo", 4, 0.5]]
+    assert line == [["moveTo", 0, 0.5], ["lineTo", 100, 0.25]]
+    assert binned == [[[14, 1], [56, 1]], [], [[56, 1]]]  # bin 56: a mark at this axis, no line to the next one
+    assert colors == [[14, 1, 4, 5, 6], [56, 1, 1, 2, 3]]

@@ -89,9 +89,22 @@ class Number:
     def _soft_limits(self) -> tuple[float, float]:
         if not self.is_custom:
             known = self.owner.bl_rna.properties[self.name]
-            return float(known.soft_min), float(known.soft_max)
+            return _own_limits(self.owner, self.name) or (float(known.soft_min), float(known.soft_max))
         known = self.ui()
         return float(known.get("soft_min", -math.inf)), float(known.get("soft_max", math.inf))
+
+
+def _own_limits(owner: Any, name: str) -> tuple[float, float] | None:
+    """Limits that a slider has from its data, not from its type: those of a shape key, and of an input of a group."""
+    if isinstance(owner, bpy.types.ShapeKey) and name == "value":
+        return float(owner.slider_min), float(owner.slider_max)
+    if not isinstance(owner, bpy.types.NodeSocket) or name != "default_value":
+        return None
+    group = getattr(owner.node, "node_tree", None)
+    items = () if group is None or owner.is_output else group.interface.items_tree
+    found = next((item for item in items if getattr(item, "identifier", None) == owner.identifier), None)
+    low, high = getattr(found, "min_value", None), getattr(found, "max_value", None)
+    return None if low is None or high is None else (float(low), float(high))
 
 
 def number_at(path: str) -> Number:

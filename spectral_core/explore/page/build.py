@@ -166,24 +166,36 @@ def _thumbnails(table: PageTable, files: Sequence[str]) -> dict[str, Any] | None
     """Sprite sheets of small pictures, WebP in data addresses; None if there is nothing to show them from."""
     if table.folder is None or not any(files) or len(files) > MOST_THUMBNAILS:
         return None
-    from spectral_core.explore.features.picture_files import encode, read_display
+    from spectral_core.explore.features.picture_files import encode
 
-    sheets = []
+    sheets, missing = [], []
     for start in range(0, len(files), PER_SHEET):
         part = files[start : start + PER_SHEET]
         rows = -(-len(part) // PER_ROW)
         sheet = np.full((rows * THUMBNAIL, PER_ROW * THUMBNAIL, 3), 128, np.uint8)
         for number, name in enumerate(part):
-            if not name.lower().endswith((".png", ".jpg", ".jpeg", ".webp")):
-                continue
             try:
-                small = read_display(inside(table.folder, name), THUMBNAIL)
+                small = _small(table.folder, name)
             except MissingDependencyError:
                 return None
-            except (OSError, InvalidInputError):
+            if small is None:
+                missing.append(start + number)
                 continue
             top, left = (number // PER_ROW) * THUMBNAIL, (number % PER_ROW) * THUMBNAIL
             down, across = (THUMBNAIL - small.shape[0]) // 2, (THUMBNAIL - small.shape[1]) // 2
             sheet[top + down : top + down + small.shape[0], left + across : left + across + small.shape[1]] = small
         sheets.append("data:image/webp;base64," + base64.b64encode(encode(sheet)).decode())
-    return {"sheets": sheets, "size": THUMBNAIL, "perRow": PER_ROW, "perSheet": PER_SHEET}
+    shape = {"size": THUMBNAIL, "perRow": PER_ROW, "perSheet": PER_SHEET}
+    return {"sheets": sheets, **shape, "missing": missing} if len(missing) < len(files) else None
+
+
+def _small(folder: Path, name: str) -> NDArray[np.uint8] | None:
+    """A small picture of a file of a table, None if there is none that can be read."""
+    from spectral_core.explore.features.picture_files import read_display
+
+    if not name.lower().endswith((".png", ".jpg", ".jpeg", ".webp")):
+        return None
+    try:
+        return read_display(inside(folder, name), THUMBNAIL)
+    except (OSError, InvalidInputError):
+        return None

@@ -7,9 +7,9 @@
  *   order: string[]}} Column
  * A column. `range`: of a parameter of numbers, in the sweep. `values` holds numbers, or for texts the position in `order`; NaN where there is none.
  * @typedef {{title: string, id: string, keys: string[], columns: Column[], byName: Map<string, Column>, count: number,
- *   files: Map<string, string[]>, thumbnails: {sheets: string[], size: number, perRow: number, perSheet: number}|null,
+ *   files: Map<string, string[]>, thumbnails: {sheets: string[], size: number, perRow: number, perSheet: number, missing: number[]}|null,
  *   live: boolean, version: string, limits: {constraints?: string[], ball?: Ball}}} Table
- * `limits`: the constraints and the ball of the sweep's region.
+ * `limits`: the constraints and the ball of the sweep's region. `missing`: rows without a small picture.
  * @typedef {{center: Record<string, number>, radii: Record<string, number>, p: number|"inf"}} Ball
  */
 

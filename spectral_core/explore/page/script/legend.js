@@ -1,17 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The legend of the color: a bar for numbers, a dot for each text, gray for rows without a value.
+// The legend of the color: a bar for numbers, a dot for each text or an only number, gray for rows without a value.
 
 import { MISSING, MOST_DISTINCT, css, distinct, mapped } from "./colors.js";
 import { shown } from "./data.js";
-import { shortened } from "./scales.js";
+import { position, shortened } from "./scales.js";
 
 const LONGEST_TEXT = 24;
 
 /** Parts of a column's legend. @param {import("./data.js").Column} column @returns {HTMLElement[]} */
 export function legendOf(column) {
-  const parts = column.kind === "text" ? dotsOf(column.order) : barOf(column);
+  const parts = column.kind === "text" ? dotsOf(column.order) : scaleOf(column);
   if (column.values?.some((value) => Number.isNaN(value))) parts.push(dot("no value", MISSING));
   return parts;
+}
+
+/** A bar, where a column has more than one value: its ends would claim values that there are not. @param {import("./data.js").Column} column */
+function scaleOf(column) {
+  const first = column.values?.findIndex((value) => !Number.isNaN(value)) ?? -1;
+  if (first < 0) return [];
+  const only = /** @type {Float64Array} */ (column.values)[first];
+  if (column.values?.some((value) => value !== only && !Number.isNaN(value))) return barOf(column);
+  return [dot(shown(column, first), mapped(position(column, only)))];
 }
 
 /** @param {import("./data.js").Column} column */

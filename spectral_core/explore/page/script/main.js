@@ -258,7 +258,9 @@ class Explorer {
     const asText = (/** @type {string} */ text) => (NUMBER.test(text) ? quoted(`'${text}`) : harmless(text));
     const cell = (/** @type {any} */ column, /** @type {number} */ row) =>
       column.kind === "text" ? asText(shown(column, row)) : digits(column.values[row]);
-    const lines = [["key", ...columns.map((c) => harmless(c.name)), "selected"].join(",")];
+    let mark = "selected";
+    for (let number = 2; this.table.byName.has(mark); number++) mark = `selected_${number}`;
+    const lines = [["key", ...columns.map((c) => harmless(c.name)), mark].join(",")];
     for (let row = 0; row < this.table.count; row++) {
       lines.push([harmless(this.table.keys[row]), ...columns.map((c) => cell(c, row)), this.state.selection[row]].join(","));
     }

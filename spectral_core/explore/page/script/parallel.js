@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Parallel axes: one vertical axis per variable, one line per row; a drag along an axis selects a range.
 
-import { MISSING, css, distinct, mapped } from "./colors.js";
+import { MISSING, css, distinct, mapped, rowColors } from "./colors.js";
 import { shortened, ticks } from "./scales.js";
 import { inInterval } from "./selection.js";
 
 const BINS = 56;
 const MOST_LINES = 4000;
+/** Half the length of the mark of a value from which no line goes to a neighboring axis. */
+const MARK = 4;
 
 /** Draws the axes and hears the pointer. */
 export class Parallel {
@@ -76,12 +78,13 @@ export class Parallel {
         else if (Number.isNaN(color[i])) context.strokeStyle = css(MISSING);
         else context.strokeStyle = css(column.kind === "text" ? distinct(/** @type {any} */ (column.values)[i]) : mapped(color[i]));
         context.beginPath();
-        let pen = false;
+        const isKnown = (/** @type {number} */ k) => k >= 0 && k < at.length && !Number.isNaN(at[k][i]);
         for (let k = 0; k < at.length; k++) {
-          if (Number.isNaN(at[k][i])) pen = false;
-          else if (pen) context.lineTo(this.axisX(k), this.axisY(at[k][i]));
-          else context.moveTo(this.axisX(k), this.axisY(at[k][i]));
-          pen = !Number.isNaN(at[k][i]);
+          if (!isKnown(k)) continue;
+          const [x, y] = [this.axisX(k), this.axisY(at[k][i])];
+          if (isKnown(k - 1)) context.lineTo(x, y);
+          else if (isKnown(k + 1)) context.moveTo(x, y);
+          else this.mark(context, x, y);
         }
         context.stroke();
       }
@@ -89,27 +92,34 @@ export class Parallel {
     context.globalAlpha = 1;
   }
 
+  /** A value without a line to a neighboring axis. @param {CanvasRenderingContext2D} context @param {number} x @param {number} y */
+  mark(context, x, y) {
+    context.moveTo(x - MARK, y);
+    context.lineTo(x + MARK, y);
+  }
+
   /** Many rows as bundles between bins of neighboring axes. @param {CanvasRenderingContext2D} context @param {Float32Array[]} at @param {Uint8Array|null} mask @param {(n: string) => string} ink */
   binned(context, at, mask, ink) {
-    for (let k = 0; k + 1 < at.length; k++) {
-      const all = new Uint32Array(BINS * BINS);
-      const chosen = new Uint32Array(BINS * BINS);
-      for (let i = 0; i < this.table.count; i++) {
-        const a = Math.min(BINS - 1, (at[k][i] * BINS) | 0);
-        const b = Math.min(BINS - 1, (at[k + 1][i] * BINS) | 0);
-        if (!(at[k][i] >= 0 && at[k + 1][i] >= 0)) continue;
-        all[a * BINS + b]++;
-        if (!mask || mask[i]) chosen[a * BINS + b]++;
-      }
-      for (const [counts, name] of /** @type {[Uint32Array, string][]} */ ([[mask ? all : new Uint32Array(0), "--faint"], [chosen, "--accent"]])) {
+    const column = this.table.byName.get(this.state.color);
+    const words = column ? rowColors(column, this.on.positions(column.name), this.table.count) : null;
+    const [faint, accent] = ["--faint", "--accent"].map(ink);
+    for (let k = 0; k < at.length; k++) {
+      for (const chosen of mask ? [false, true] : [true]) {
+        const { counts, sums } = bundles(at, k, chosen ? mask : null, chosen ? words : null);
         const most = counts.reduce((x, y) => Math.max(x, y), 1);
-        context.strokeStyle = ink(name);
         counts.forEach((count, place) => {
           if (!count) return;
+          const mean = () => css([0, 1, 2].map((c) => Math.round(sums[3 * place + c] / count)));
+          context.strokeStyle = !chosen ? faint : words ? mean() : accent;
           context.globalAlpha = 0.08 + 0.8 * (count / most);
+          const next = place % (BINS + 1);
+          const [from, to] = [Math.floor(place / (BINS + 1)), next].map((bin) => this.axisY((bin + 0.5) / BINS));
           context.beginPath();
-          context.moveTo(this.axisX(k), this.axisY((Math.floor(place / BINS) + 0.5) / BINS));
-          context.lineTo(this.axisX(k + 1), this.axisY(((place % BINS) + 0.5) / BINS));
+          if (next === BINS) this.mark(context, this.axisX(k), from);
+          else {
+            context.moveTo(this.axisX(k), from);
+            context.lineTo(this.axisX(k + 1), to);
+          }
           context.stroke();
         });
       }
@@ -188,4 +198,24 @@ export class Parallel {
       this.on.select(inInterval(this.on.positions(this.state.columns[drag.axis]), ends[0], ends[1]));
     });
   }
+}
+
+/**
+ * Rows by their bins on an axis and on the next: how many, and the sums of their colors. The last bin of the next axis
+ * has the rows from which no line goes to a neighboring axis.
+ * @param {Float32Array[]} at @param {number} k @param {Uint8Array|null} mask @param {Uint32Array|null} words
+ */
+export function bundles(at, k, mask, words) {
+  const counts = new Uint32Array(BINS * (BINS + 1));
+  const sums = new Float64Array(words ? 3 * counts.length : 0);
+  const isKnown = (/** @type {number|undefined} */ place) => place !== undefined && place >= 0 && place <= 1;
+  const binOf = (/** @type {number} */ place) => Math.min(BINS - 1, (place * BINS) | 0);
+  for (let i = 0; i < at[k].length; i++) {
+    const goesOn = isKnown(at[k + 1]?.[i]);
+    if (!isKnown(at[k][i]) || (!goesOn && isKnown(at[k - 1]?.[i])) || (mask && !mask[i])) continue;
+    const place = binOf(at[k][i]) * (BINS + 1) + (goesOn ? binOf(at[k + 1][i]) : BINS);
+    counts[place]++;
+    if (words) for (let c = 0; c < 3; c++) sums[3 * place + c] += (words[i] >>> (8 * c)) & 255;
+  }
+  return { counts, sums };
 }

@@ -6,7 +6,7 @@ import { shown } from "./data.js";
 /** A row's thumbnail as an element; null where there is none. @param {import("./data.js").Table} table @param {number} row */
 export function thumbnail(table, row) {
   const sprites = table.thumbnails;
-  if (!sprites) return null;
+  if (!sprites || sprites.missing.includes(row)) return null;
   const sheet = Math.floor(row / sprites.perSheet);
   const place = row % sprites.perSheet;
   const box = document.createElement("div");
@@ -80,8 +80,7 @@ export class Compare {
       image.src = pictureOf(this.table, row);
       image.alt = `picture of row ${row + 1}`;
       image.addEventListener("error", () => {
-        const small = thumbnail(this.table, row);
-        if (small) image.replaceWith(small);
+        image.replaceWith(thumbnail(this.table, row) ?? note(`The picture of row ${row + 1} was not found: ${this.table.files.get("FILE")?.[row]}`));
       });
       stage.append(image);
     }

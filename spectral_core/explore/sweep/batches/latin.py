@@ -19,8 +19,8 @@ from spectral_core.lattice import Region
 
 Matrix = NDArray[np.float64]
 
-POOL = 16
-"""Points of the region, per point of the hypercube, from which quantiles are taken."""
+POOL, LEAST_POOLED = 16, 2**16
+"""Points of the region, per point of the hypercube, from which quantiles are taken, and the least number of them."""
 MOST_POOLED = 2**20
 MOST_OPTIMIZED = 5000
 """Points of a hypercube whose discrepancy is made small by exchanges, about a second for a thousand; a hundred thousand
@@ -53,7 +53,7 @@ def latin_batches(region: Region, wanted: int, seed: int) -> Iterator[Matrix]:
 def latin_within(region: Region, wanted: int, seed: int) -> Matrix:
     """A hypercube in a region that is no box; points without a place stay where Sobol points were. Empty if none."""
     pool = np.empty((0, region.dimensions))
-    most = min(POOL * wanted, max(MOST_POOLED, wanted))
+    most = max(wanted, min(max(POOL * wanted, LEAST_POOLED), MOST_POOLED))
     for number, batch in enumerate(sobol_batches(region, wanted, seed)):
         pool = np.concatenate([pool, batch])
         if len(pool) >= most or (len(pool) >= wanted and number >= MOST_BATCHES):
