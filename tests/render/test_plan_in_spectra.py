@@ -136,3 +136,14 @@ def test_two_filters_in_a_row_differ_by_their_product() -> None:
     )
     pair = (lab_from_linear_rgb(np.maximum(each, 0.0)) for each in (exact, simple))
     assert rgb_transport_error(scene, 2) >= 0.99 * float(delta_e_2000(*pair)) > 20.0
+
+
+def test_the_table_of_a_plan_has_the_tolerance_of_its_render() -> None:
+    """A render to ΔE 0.4 tolerates 0.1; the table of the button and of the command stated 0.25."""
+    pytest.importorskip("mitsuba")
+    from spectral_core.render.process.worker import call
+
+    scene = lit_plane(settings=RenderSettings(target_error=0.4))  # without a light: no pilot is traced
+    assert call("plan", (scene, None)).tolerance_delta_e == 0.1
+    assert call("plan", (scene, 2.0)).tolerance_delta_e == 2.0
+    assert call("plan", (replace(scene, settings=RenderSettings()), None)).tolerance_delta_e == 0.25
