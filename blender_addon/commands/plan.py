@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print the plan, an effect per line, then the notes."""
     from spectral_core.render import RenderProcess, plan_from_data
+    from spectral_core.render.cost.asked import tightened
     from spectral_core.render.plan.decision import table
 
     tolerance = arguments.tolerance
@@ -37,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
         _blend.open_scene(arguments)
         scene = translated_scene(arguments)
     if arguments.no_pilot:
-        plan = plan_from_data(scene, tolerance)
+        plan = plan_from_data(tightened(scene), tolerance)
     else:
         with RenderProcess() as process:
             plan = process.plan(scene, tolerance)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -26,6 +26,8 @@ from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.scene import Note, Scene, require_scene
 from spectral_core.spectra.spectrum import Spectrum
 
+BUDGET_END = 0.97
+"""Part of a time budget after which light of passes is no longer traced."""
 LONGEST_PASS_S = 10.0
 """Longer passes are split, so that the picture updates often. Pixels do not depend on the split."""
 
@@ -112,7 +114,8 @@ def _traced(
         plan = _planned(scene, measure)
     job = RenderJob(scene, plan, measure)
     if asked:
-        return _finished(_asked(job, scene, meter, on_progress, should_stop, bands), job, start)
+        timed = _timed(job, start)
+        return _finished(_asked(job, scene, meter, on_progress, should_stop, bands), job, start, timed)
     status: Literal["done", "cancelled"] = "done"
     affordable = scene.film.samples
     # each group records its kernel in each pass
@@ -146,8 +149,18 @@ def _traced(
     return _finished(made, job, start)
 
 
-def _finished(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
-    """The result with its passes, denoised if the scene requests it."""
+def _timed(job: RenderJob, start: float) -> Any:
+    """The passes that a render to a requested time traces before its picture; None for any other."""
+    budget = job.scene.settings.time_budget_s
+    if budget is None or job.scene.settings.passes is None:
+        return None
+    from spectral_core.render.passes.finish import timed_passes
+
+    return timed_passes(job, job.scene.settings.passes, start + BUDGET_END * budget)
+
+
+def _finished(made: RenderResult, job: RenderJob, start: float, timed: Any = None) -> RenderResult:
+    """The result with its passes, denoised if the scene requests it; ``timed``: of a render to a requested time."""
     wanted = job.scene.settings.passes
     denoised = _denoised(made, job, start)
     if wanted is None or made.status == "cancelled":
@@ -157,8 +170,12 @@ def _finished(made: RenderResult, job: RenderJob, start: float) -> RenderResult:
     counts = made.sample_counts
     if counts is None:
         counts = np.full(made.pixels.shape[:2], float(made.samples), np.float32)
-    passes, notes = made_passes(job, wanted, counts, made.pixels if job.scene.settings.denoise else None)
-    return replace(denoised, passes=passes, notes=(*denoised.notes, *notes), seconds=time.perf_counter() - start)
+    noisy = made.pixels if job.scene.settings.denoise else None
+    passes, notes = made_passes(job, wanted, counts, noisy, timed)
+    seconds, outcome = time.perf_counter() - start, denoised.outcome
+    if timed is not None and outcome is not None:
+        outcome = replace(outcome, seconds=seconds)
+    return replace(denoised, passes=passes, notes=(*denoised.notes, *notes), seconds=seconds, outcome=outcome)
 
 
 def _denoised(made: RenderResult, job: RenderJob, start: float) -> RenderResult:

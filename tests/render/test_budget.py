@@ -11,9 +11,10 @@ import pytest
 from spectral_core.render.cost import adaptive, asked, probe, rounds
 from spectral_core.render.cost.errors import Wide, expected_errors
 from spectral_core.render.cost.work import Spent
+from spectral_core.render.passes import finish
 from spectral_core.render.steps import FEW_PATHS, pass_sizes
 from spectral_core.render.trace.chosen_pixels import Sums
-from spectral_core.scene import Camera, Film, Scene
+from spectral_core.scene import Camera, Film, Passes, RenderSettings, Scene
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 
 LAUNCH_S = 0.02
@@ -205,3 +206,32 @@ def test_a_small_picture_has_two_passes_and_a_large_one_more():
     assert 40 * 30 * 64 <= FEW_PATHS < 320 * 200 * 64
     assert pass_sizes(small) == [1, 63] and pass_sizes(small, watched=False) == [64]
     assert pass_sizes(large) == pass_sizes(large, watched=False) == [1, 3, 12, 48]
+
+
+@pytest.mark.parametrize("speed", [lambda now: 1e-3, lambda now: 1e-3 if now < 104 else 4e-3, lambda now: 0.4])
+def test_the_light_of_passes_is_traced_as_long_as_there_is_time(monkeypatch, speed):
+    """It was traced again with all samples of the picture: 4 s requested with light passes took 20 s."""
+    clock, traced = Clock(speed), []
+    monkeypatch.setattr(finish, "time", clock)
+
+    def trace(samples):
+        traced.append(samples)
+        clock.now += LAUNCH_S + speed(clock.now) * samples
+
+    finish._trace_until(SimpleNamespace(trace=trace), 100_000, 110.0)
+    assert 109.0 <= clock.now <= 110.5 and len(traced) < 40
+    traced.clear()
+    finish._trace_until(SimpleNamespace(trace=trace), 3, clock.now + 1e6)
+    assert sum(traced) == 3
+    finish._trace_until(SimpleNamespace(trace=trace), 7, None)
+    assert traced[-1] == 7
+
+
+def test_light_passes_take_half_of_a_requested_time():
+    def share(passes, budget):
+        settings = RenderSettings(time_budget_s=budget, passes=passes)
+        camera = Camera(world_from_camera=np.eye(4))
+        return asked.time_of_picture(Scene(camera=camera, film=Film(8, 8), settings=settings))
+
+    assert [share(each, 8.0) for each in (None, Passes(("Depth",)), Passes(("Diffuse Direct",)))] == [8.0, 8.0, 4.0]
+    assert share(Passes((), light_groups=("key",)), 8.0) == 4.0 and share(Passes(("Diffuse Direct",)), None) is None

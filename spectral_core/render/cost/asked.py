@@ -42,6 +42,8 @@ _NEAR = 8.0
 """Samples, over those of the probe, up to which the slope that it measured last holds."""
 _DEARER_SHARE = 0.02
 """Largest part of a time budget in which the longer paths of noisy places are measured."""
+PICTURE_SHARE = 0.5
+"""Part of a time budget for the picture, if shares of its light are traced, too."""
 _LOOK_SHARE = 0.25
 """Largest part of a time budget spent before a render looks for rare light, which takes about as long."""
 _HOPELESS = 4.0
@@ -107,7 +109,7 @@ def render_asked(
         Asked between kernel launches.
     """
     settings = job.scene.settings
-    wanted, budget = settings.target_error, settings.time_budget_s
+    wanted, budget = settings.target_error, time_of_picture(job.scene)
     probe = Probe(job)
     least = _LEAST if len(probe.pixels) >= MANY else max(_LEAST, _LEAST_PATHS // (2 * len(probe.pixels)))
     fixed = meter.read().work
@@ -121,6 +123,7 @@ def render_asked(
         prediction, picture.dearer = predicted_error(probe, model, meter, noise)
     else:
         prediction, picture.dearer = predicted_time(probe, model, meter.read().wall, budget or 0.0)
+        prediction = replace(prediction, seconds=max(settings.time_budget_s or 0.0, prediction.seconds))
     prediction = prediction.with_rare(rare)
     first = _first_samples(prediction.samples)
     if len(picture.counts) < MANY:
@@ -141,7 +144,7 @@ def render_asked(
         reached = _in_all(found, rare) <= wanted
     else:
         found = until_time(picture, meter.started + (budget or 0.0), first, after_round)
-        reached = meter.read().wall <= 1.1 * (budget or 0.0)
+        reached = meter.read().wall <= 1.1 * (settings.time_budget_s or 0.0)
     seconds = meter.read().wall
     return AskedRender(
         picture.picture(),
@@ -153,6 +156,13 @@ def render_asked(
         (2.0 * picture.counts).astype(np.float32).reshape(picture.size[::-1]),
         picture.noise_picture(),
     )
+
+
+def time_of_picture(scene: Scene) -> float | None:
+    """The part of a requested time for the picture: passes of its light are traced apart from it."""
+    budget, passes = scene.settings.time_budget_s, scene.settings.passes
+    apart = passes is not None and (passes.light or passes.light_groups) and not scene.volumes
+    return PICTURE_SHARE * budget if budget is not None and apart else budget
 
 
 def _rare(job: RenderJob, probe: Probe, model: CostModel, spent_s: float) -> RareLight | None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spectral_core.errors import UnknownNameError, counted
-from spectral_core.render.cost.asked import is_asked, predicted_error, predicted_time
+from spectral_core.render.cost.asked import is_asked, predicted_error, predicted_time, time_of_picture
 from spectral_core.render.cost.errors import bias, relative_errors
 from spectral_core.render.cost.fixed import fixed_work, plan_of_render
 from spectral_core.render.cost.model import CostModel, Prediction, measured_model
@@ -120,8 +120,10 @@ def _expected(scene: Scene, probe: Probe, model: CostModel, spent: Spent) -> Pre
     settings = scene.settings
     if settings.target_error is not None:
         return predicted_error(probe, model, spent, settings.target_error)[0]
-    if settings.time_budget_s is not None:
-        return predicted_time(probe, model, spent.wall, settings.time_budget_s)[0]
+    budget = time_of_picture(scene)
+    if budget is not None:
+        expected = predicted_time(probe, model, spent.wall, budget)[0]
+        return replace(expected, seconds=max(settings.time_budget_s or 0.0, expected.seconds))
     return of_moments(model, scene.film.samples, max(1, len(scene.moments)))
 
 

@@ -23,6 +23,13 @@ def plan_of_render(scene: Scene) -> EffectPlan:
     return plan_effects(tightened(scene), pilot=pilot_pays(scene))
 
 
+def plan_at(scene: Scene, tolerance: float | None = None) -> EffectPlan:
+    """The plan of ``scene`` with a pilot, for a table: at the tolerance of its render, which is lower where an error is
+    requested, or at another one. Raises the same errors as ``plan_effects``.
+    """
+    return plan_effects(tightened(scene), tolerance)
+
+
 def fixed_work(scene: Scene, plan: EffectPlan) -> float:
     """Seconds of the processor that a render takes beside its paths, if its kernels are compiled."""
     planning = Meter()

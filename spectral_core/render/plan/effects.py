@@ -139,18 +139,22 @@ def _look(found: Found, effects: Mapping[str, Effect], choices: Mapping[str, str
     sampled = choices.get("volumes", "on") == "on" and effects["volumes"].levels[-1].error > tolerance
     if not (open_questions and scene.instances and lit) or scatters or sampled:
         return None
+    in_spectra = choices.get("transport", "spectral") == "spectral" and (
+        "transport" in choices or effects["transport"].levels[-1].error > tolerance
+    )
     try:
-        return run_pilot(scene, pilot_plan(scene, absorbs=matters))
+        return run_pilot(scene, pilot_plan(scene, absorbs=matters, spectral=in_spectra))
     except MissingDependencyError:
         return None
 
 
-def pilot_plan(scene: Scene, *, absorbs: bool = False) -> EffectPlan:
-    """The plan of the pilot: surfaces and lamps, in three channels, with shadows through transparent surfaces, and with
-    media that only absorb light.
+def pilot_plan(scene: Scene, *, absorbs: bool = False, spectral: bool = False) -> EffectPlan:
+    """The plan of the pilot: surfaces and lamps, with shadows through transparent surfaces, and with media that only
+    absorb light. ``spectral``: in spectra, with the light of dyes, else in three channels.
     """
     values = {
-        "transport": "rgb", "dispersion": "off", "fluorescence": "off", "thin_film": "off",
+        "transport": "spectral" if spectral else "rgb", "fluorescence": "on" if spectral else "off",
+        "dispersion": "off", "thin_film": "off",
         "media": "on" if absorbs else "off", "volumes": "off",
         "transparency": "on", "emissive_meshes": "on", "lamp_bodies": "on", "textures": "on", "depth_of_field": "off",
         "reflective_caustics": "on", "refractive_caustics": "on",

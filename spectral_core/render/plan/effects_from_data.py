@@ -15,7 +15,7 @@ from spectral_core.render.plan.decision import MOST_BOUNCES, MOST_ERROR, USUAL_B
 from spectral_core.render.plan.fluorescence import error_without_dyes
 from spectral_core.render.plan.inventory import Inventory, is_sharp, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
-from spectral_core.render.plan.light.reflections import USUAL_DIRECT, diffuse_levels, direct_radiance, ways_of_light
+from spectral_core.render.plan.light.reflections import USUAL_DIRECT, diffuse_levels, direct_radiance
 from spectral_core.render.plan.light.sizes import largest_light
 from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
 from spectral_core.render.plan.thin_film import error_without_films
@@ -60,11 +60,6 @@ class Found:
             return True
         media = [material for material in self.materials if material.name in self.inventory.scattering]
         return error_of_media(self.scene, self.materials, media, lights_vary=self.lights_vary) > THIN
-
-    @property
-    def ways(self) -> float:
-        """Straight ways of a path between a lamp, surfaces and the camera, in the mean."""
-        return ways_of_light(self.materials)
 
 
 def absent(
@@ -164,7 +159,8 @@ def _volumes(found: Found) -> Effect:
     if not volumes:
         return absent("volumes", "the scene has no sampled volume", MEDIA_SHARE)
     reason = f"the scene shows {names(tuple(volume.name for volume in volumes))}"
-    error = error_of_volumes(found.scene, found.ways)
+    media, vary = bool(found.inventory.media), found.lights_vary
+    error = error_of_volumes(found.scene, found.materials, among_media=media, lights_vary=vary)
     levels = (Level("on"), Level("off", min(error, MOST_ERROR) if error < KEEP else KEEP, MEDIA_SHARE))
     how: How = "not known" if error == KEEP else "bounded"
     return Effect("volumes", levels, reason, "the sampled volumes vanish", how, ON_OFF)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A pilot: a hundred thousand paths of a small picture, with the light of each type of path.
 
-The renderer's path integrator traces them (``trace.scene_path``). Beside the picture, they fill bins by pixel, batch
-and row: number of bounces of the light in total and by type, caustics, light through transparent surfaces, and light of
-the environment. The loss of an effect is the sum of its rows.
+The renderer's path integrator traces them (``trace.scene_path``), in spectra where the picture needs them: a paint
+that is black in daylight may reflect all light of a lamp. Beside the picture, they fill bins by pixel, batch and row:
+number of bounces of the light in total and by type, caustics, light through transparent surfaces, and light of the
+environment. The loss of an effect is the sum of its rows.
 """
 
 from __future__ import annotations
@@ -20,8 +21,10 @@ from spectral_core.render.mitsuba_scene.rules import Tables
 from spectral_core.render.plan.decision import USUAL_BOUNCES, EffectPlan
 from spectral_core.render.plugins.paints.ray_marks import is_diffuse
 from spectral_core.render.trace.path_settings import PathSettings
+from spectral_core.render.trace.path_state import by_reflections
 from spectral_core.render.trace.scene_path import scene_path_class
 from spectral_core.scene import Film, Rays, Scene
+from spectral_core.spectra.color import RGB_FROM_XYZ
 
 LEVELS = 34
 """Numbers of bounces with a row each; the last row holds all larger numbers."""
@@ -32,7 +35,7 @@ FLAGS = ("reflective_caustics", "refractive_caustics", "transparency", "environm
 TOTAL = len(COUNTS) * LEVELS + len(FLAGS)
 ROWS = TOTAL + 1
 CHANNELS = 4
-"""Red, green, blue, and the number of surfaces that were hit."""
+"""Red, green, blue (in spectral transport X, Y, Z until the paths end), and the number of surfaces that were hit."""
 PIXELS, BATCHES, SAMPLES = 576, 8, 192
 """Size of the pilot: pixels, independent parts, samples per pixel."""
 PILOT_BOUNCES = USUAL_BOUNCES
@@ -115,7 +118,7 @@ def small_film(film: Film, pixels: int = PIXELS) -> Film:
 
 
 def run_pilot(scene: Scene, plan: EffectPlan, samples: int = SAMPLES) -> Pilot:
-    """Trace the pilot of ``scene`` with RGB transport; ``plan``: its effects.
+    """Trace the pilot of ``scene``; ``plan``: its effects and transport.
 
     Raises RenderError if Mitsuba fails and MissingDependencyError if it or LLVM is missing.
     """
@@ -133,11 +136,13 @@ def run_pilot(scene: Scene, plan: EffectPlan, samples: int = SAMPLES) -> Pilot:
     )
     pixels = film.width * film.height
     integrator.prepare(pixels)
-    sums = Accumulator(mi, job.scene.camera, film, None)
+    sums = Accumulator(mi, job.scene.camera, film, job.loaded.wavelengths)
     for _ in sums.add(tracer.first_hit, integrator, samples):
         pass
     shape = (film.height, film.width, BATCHES, ROWS, CHANNELS)
     bins = np.array(integrator.bins, dtype=np.float64).reshape(shape) / (samples / BATCHES)
+    if plan.is_spectral:
+        bins[..., :3] = bins[..., :3] @ RGB_FROM_XYZ.T
     bins[..., :3] *= film.exposure
     points = np.array(integrator.points).reshape(-1, 4)
     seen = points[points[:, 3] > 0, :3].astype(np.float64) / tracer.unit
@@ -165,16 +170,20 @@ def _source_kinds(mi: Any, tracer: Any) -> NDArray[np.uint32]:
     return table
 
 
-def _book(pilot: Any, light: Any, parts: tuple[Any, ...], counts: Any, when: tuple[Any, Any], met: float) -> None:
+def _book(
+    pilot: Any, light: Any, parts: tuple[Any, ...], counts: Any, when: tuple[Any, Any], reflections: Any, met: float
+) -> None:
     """Add light to a pilot's rows; ``parts``: of the environment, of emissive surfaces, and removed by the clamp;
-    ``when``: active lanes, and those after the first surface.
+    ``when``: active lanes, and those after the first surface; ``reflections``: surfaces that have reflected the light
+    diffusely.
     """
     import drjit as dr
     import mitsuba as mi
 
     active, bounced = when
     finite = dr.all(dr.isfinite(light))
-    light, *kinds = (dr.select(finite, part, 0.0) for part in (light, *parts))
+    held = [dr.select(finite, part, 0.0) for part in (light, *parts)]
+    light, *kinds = (pilot.measured(part, by_reflections(dr, part, reflections)) for part in held)
     first = len(COUNTS) * LEVELS
     signs = ((pilot.flags & 1) != 0, (pilot.flags & 2) != 0, pilot.blocked)
     rows = [(k * LEVELS + dr.minimum(count, LEVELS - 1), bounced, light) for k, count in enumerate(counts)]
@@ -198,12 +207,19 @@ def _pilot_class(variant: str) -> Any:
         """The renderer's path integrator, with bins for the light of each type of path."""
 
         restarts = False
+        rows = 1  # of sums that nothing is added to
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any, sources: NDArray[np.uint32]) -> None:
             super().__init__(settings, tables, lights)
             self.sources = mi.UInt32(sources)
             self.flags: Any = None
             self.blocked: Any = None
+            self.measured: Any = None
+            """Color of radiance with its parts ``by_reflections``."""
+
+        def book_into(self, sums: Any, lane: Any, measured: Any) -> None:
+            """Receive the conversion of radiance to color; the bins take the place of the given sums."""
+            self.measured = measured
 
         def prepare(self, pixels: int) -> None:
             """Empty bins for a picture."""
@@ -225,7 +241,7 @@ def _pilot_class(variant: str) -> Any:
             state, _, _ = dr.while_loop(
                 start, lambda state, *_: state.active, body, labels=("path", "sampler", "flags")
             )
-            return state.light, state.seen, []
+            return state.light, state.seen, state.extra(False)
 
         def arrived(self, si: Any, path: Any, active: Any) -> Any:
             self.blocked = mi.Bool(False)
@@ -247,7 +263,7 @@ def _pilot_class(variant: str) -> Any:
             )
             parts += (path.throughput * value - light,)
             # light that the camera sees directly is lost at no number of bounces
-            _book(self, light, parts, counts, (active, active & (path.depth > 0)), 0.0)
+            _book(self, light, parts, counts, (active, active & (path.depth > 0)), path.diffuse, 0.0)
             return value
 
         def cut_caustic(self, bsdf: Any, kind: Any) -> Any:
@@ -268,7 +284,7 @@ def _pilot_class(variant: str) -> Any:
             counts = (path.depth, path.diffuse, path.glossy, path.transmission)
             kind = dr.gather(mi.UInt32, self.sources, self.asked, active)
             parts = (*(dr.select(kind == of, light, 0.0) for of in (1, 2)), self.carried * value - light)
-            _book(self, light, parts, counts, (active, active), 1.0)
+            _book(self, light, parts, counts, (active, active), path.diffuse + 1, 1.0)
             return value
 
         def to_string(self) -> str:

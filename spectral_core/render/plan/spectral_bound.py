@@ -3,8 +3,8 @@
 
 RGB transport multiplies the colors of lights and surfaces, spectral transport their spectra; the difference is that
 between an integral of a product and a product of integrals. It is computed for light that is reflected once, for light
-that two surfaces reflect in turn, for the light in a closed room, and for light that many surfaces of one color reflect
-or transmit in turn: the difference grows with the square of their number.
+that two surfaces reflect or transmit in turn, with direct light and without it, for the light in a closed room, and for
+light that many surfaces of one color reflect or transmit in turn: the difference grows with the square of their number.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from spectral_core.render.plan.decision import LATER_BOUNCES, USUAL_BOUNCES
 from spectral_core.render.plan.fluorescence import error_in_rgb
 from spectral_core.render.plan.inventory import shown_materials
 from spectral_core.render.plan.light.sizes import MOST_REFLECTANCE, paint_parts
+from spectral_core.render.plan.spectral_media import lit_colors, media_surfaces, varies_in_color
 from spectral_core.render.plan.thin_film import film_surfaces
 from spectral_core.scene import (
     Color,
@@ -63,19 +64,21 @@ def rgb_transport_error(scene: Scene, reflections: int = MOST_REFLECTIONS) -> fl
     """Largest ΔE2000 of RGB transport in ``scene`` at the exposure of white, over all pairs of surfaces.
 
     ``reflections``: most surfaces that reflect or transmit visible light in turn, 1 if none is lit by another. Infinite
-    if a spectrum occurs where nothing is compared: in the extinction of a medium or a sampled volume.
+    if a spectrum occurs where nothing is compared, in the extinction of a medium or a sampled volume, and if the voxels
+    of a medium have colors.
     """
     shown = shown_materials(scene)
     materials = [material for material in scene.materials if material.name in shown]
     for medium in _media(scene, materials):
-        if any(isinstance(paint, Spectrum) for paint in (medium.color, medium.extinction)):
+        if varies_in_color(medium) or any(isinstance(each, Spectrum) for each in (medium.color, medium.extinction)):
             return float("inf")
     if any(volume.transfer.wavelengths_nm is not None for volume in scene.volumes):
         return float("inf")
     white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
     lights = distinct_lights(scene)
-    surfaces = list(_surfaces([part for material in materials for part in _reflecting(material)]))
-    surfaces += film_surfaces(materials)
+    paints = [part for material in materials for part in _reflecting(material)]
+    surfaces = list(_surfaces(paints + lit_colors(scene)))
+    surfaces += film_surfaces(materials) + media_surfaces(scene, materials)
     if len(surfaces) > MOST_SURFACES or len(lights) > MOST_LIGHTS:
         # at most as many as the comparison can hold: the most saturated surfaces, which differ most
         surfaces.sort(key=lambda item: (not item[2], -_saturation(item[0])))
@@ -118,13 +121,14 @@ def _error_under(
     if reflections <= 1:
         return alone
     again = LATER_BOUNCES * max(alone, after_each(1 + SECOND_BOUNCE * spectra, 1 + SECOND_BOUNCE * rgb))
+    behind = after_each(spectra, rgb)  # a filter before another one, or a corner without direct light
     room = after_each(_kept_in(spectra, reflections), _kept_in(rgb, reflections))
     # filters or mirrors of one color, one behind another
     rows = [
         error(np.sum(weighted * spectra**count, axis=2).T, plain * rgb**count)
         for count in IN_A_ROW if count < reflections
     ]  # fmt: skip
-    return max(again, room, *rows)
+    return max(again, behind, room, *rows)
 
 
 def _kept_in(reflectance: Array, most: int) -> Array:

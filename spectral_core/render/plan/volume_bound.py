@@ -42,8 +42,14 @@ def error_of_media(
     return error
 
 
-def error_of_volumes(scene: Scene, ways: float = 2.0) -> float:
-    """ΔE2000 of omitting all sampled volumes; infinite where one is dense. ``ways``: of a path between surfaces."""
+def error_of_volumes(
+    scene: Scene, materials: list[Material], *, among_media: bool = False, lights_vary: bool = False
+) -> float:
+    """ΔE2000 of omitting all sampled volumes; infinite where one is dense. ``materials``: all that a ray may hit.
+    ``among_media``: volumes are media then, which the light that surfaces reflect reaches, too.
+    """
+    ways = ways_of_light(materials)
+    walls = reflected_radiance(scene, materials, lights_vary=lights_vary) if among_media else 0.0
     share, light = 0.0, 0.0
     for volume in scene.volumes:
         box = placed(unit_box().positions, volume.world_from_index @ index_box(volume.data.shape))
@@ -55,7 +61,7 @@ def error_of_volumes(scene: Scene, ways: float = 2.0) -> float:
         light += (ways - 1.0) * own
         if lit == 0.0:
             continue
-        light += lit / length * irradiance_along(scene, box, length)
+        light += lit / length * irradiance_along(scene, box, length) + lit * walls
         light += (
             lit
             * np.pi

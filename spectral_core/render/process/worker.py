@@ -55,9 +55,9 @@ def main() -> None:
 def call(name: str, arguments: tuple[Any, ...]) -> Any:
     """Answer a request for data on a scene: its plan or its cost curve."""
     from spectral_core.render.cost.curve import cost_curve
-    from spectral_core.render.plan.effects import plan_effects
+    from spectral_core.render.cost.fixed import plan_at
 
-    known: dict[str, Callable[..., Any]] = {"plan": plan_effects, "cost": cost_curve}
+    known: dict[str, Callable[..., Any]] = {"plan": plan_at, "cost": cost_curve}
     return known[name](*arguments)
 
 
