@@ -110,10 +110,38 @@ def one_group_per_light(scene: Scene) -> Scene:
     )
 
 
+def several_colors(scene: Scene) -> frozenset[str]:
+    """Names of the emissive materials of objects that shine in several colors, none of them given as a spectrum.
+
+    Their colors filter the light, as those of an image do: no single spectrum is the object's. A material is shared by
+    objects, so one in several colors may make those of another object differ.
+    """
+    paints = {material.name: list(emitted_paints(material)) for material in scene.materials}
+    found: frozenset[str] = frozenset()
+    while True:
+        more = found
+        for instance in scene.instances:
+            own = {name for name in instance.materials if paints.get(name)}
+            shown = [_filtered(paint, name in found) for name in own for paint in paints[name]]
+            if not any(isinstance(paint, Spectrum) for paint in shown) and any(paint != shown[0] for paint in shown):
+                more |= own
+        if more == found:
+            return found
+        found = more
+
+
+def _filtered(paint: Any, is_filter: bool) -> Any:
+    """What distinguishes the light of a paint: a color or a spectrum, None for those that filter white."""
+    if isinstance(paint, Color):
+        return None if is_filter else tuple(paint.linear_rgb)
+    return paint if isinstance(paint, Spectrum) else None
+
+
 def group_light(scene: Scene, group: str) -> Spectrum | None:
     """The single spectrum of all sources of a group, scaled to the luminance of its color; None if they differ.
 
-    Colors tint the scene's white. Sources that emit nothing count only in a group without others.
+    Colors tint the scene's white. Sources that emit nothing count only in a group without others. Objects in
+    ``several_colors`` are lit by white.
     """
     white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
     lamps = [light for light in scene.lights if light.group == group and not is_of_world(light)]
@@ -135,4 +163,10 @@ def group_light(scene: Scene, group: str) -> Spectrum | None:
 def _emissive_paints(scene: Scene, group: str) -> list[Any]:
     """Paints of the emission of a group's objects."""
     assigned = {name for instance in scene.instances if instance.group == group for name in instance.materials}
-    return [paint for material in scene.materials if material.name in assigned for paint in emitted_paints(material)]
+    filters = several_colors(scene)
+    return [
+        None if material.name in filters else paint
+        for material in scene.materials
+        if material.name in assigned
+        for paint in emitted_paints(material)
+    ]
