@@ -173,9 +173,10 @@ def record_transport(
         )
     for name in names:
         require_text("the name of a light group", name)
+    filters = several_colors(grouped)
+    lights = {name: group_light(grouped, name, filters) for name in names}
     if storage.keeps_spectra:
-        lights = (group_light(grouped, name) for name in names)
-        options.setdefault("sampling_lights", sampling_lights(lights, storage))
+        options.setdefault("sampling_lights", sampling_lights(lights.values(), storage))
     require_memory(storage, scene.film.size, len(names))
     recorded = under_flat_light(grouped) if storage.keeps_spectra else grouped
     if storage.keeps_spectra and plan_from_data(recorded).is_on("fluorescence"):
@@ -205,7 +206,7 @@ def record_transport(
     channels = np.empty((len(names), storage.channel_count, *coverage.shape), np.float32)
     _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else recorded.film.exposure)
     return Transport(
-        storage, names, channels, coverage, tuple(group_light(grouped, name) for name in names),
+        storage, names, channels, coverage, tuple(lights[name] for name in names),
         scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, (*notes, *own_notes),
     )  # fmt: skip
 
