@@ -54,8 +54,8 @@ def write_picture(path: str | Path, linear_rgb: ArrayLike) -> None:
 
 
 def write_picture_with_alpha(path: str | Path, pixels: NDArray[Any]) -> None:
-    """Write linear sRGB times alpha, and alpha (height, width, 4), row 0 on top: as EXR, or in 8 bits for display as PNG,
-    whose colors are those of what covers a pixel.
+    """Write linear sRGB times alpha, and alpha (height, width, 4), row 0 on top: as EXR, or in 8 bits for display as
+    PNG, whose colors are those of what covers a pixel.
 
     Raises InvalidInputError for another ending, and for numbers that are not finite.
     """
