@@ -122,7 +122,9 @@ def on_disc(place: ArrayLike) -> Array:
 
 
 def snapped(place: ArrayLike, bulbs: ArrayLike) -> Array:
-    """Snap ``place`` to the nearest bulb, middle of two bulbs or middle of the dial within reach; else to a grid."""
+    """Snap ``place`` to the nearest bulb, middle of two bulbs or middle of the dial within reach; else to a grid, but
+    not beyond the rim of the disc.
+    """
     at, spots = np.asarray(place, dtype=np.float64), np.reshape(np.asarray(bulbs, dtype=np.float64), (-1, 2))
     first, second = np.triu_indices(len(spots), 1)
     offered = np.concatenate([spots, (spots[first] + spots[second]) / 2, np.zeros((1, 2))])
@@ -130,7 +132,7 @@ def snapped(place: ArrayLike, bulbs: ArrayLike) -> Array:
     nearest = int(distances.argmin())
     if distances[nearest] <= SNAP_REACH:
         return np.array(offered[nearest])
-    return np.round(at / SNAP_STEP) * SNAP_STEP
+    return on_disc(np.round(at / SNAP_STEP) * SNAP_STEP)
 
 
 def tooltip(names: Sequence[str], shares: ArrayLike, intensity: float) -> list[str]:

@@ -76,10 +76,8 @@ def _draw_bindings(layout: UILayout, context: Context, settings: PropertyGroup) 
         row = box.row()
         wrapped(row.column(), context, shown_name(entry.name), indent=90.0)
         row.operator("spectral.board_unbind", text="", icon="X", emboss=False).index = number
-        if fault := _fault(entry):
-            warning = box.column()
-            warning.alert = True
-            wrapped(warning, context, fault, icon="ERROR", indent=60.0)
+        if fault := _fault(entry.name):
+            _draw_warning(box, context, f"Its fader has no effect: {fault}")
         column = box.column(align=True)
         row = column.row(align=True)
         row.prop(entry, "control", text="")
@@ -97,16 +95,24 @@ def _draw_bindings(layout: UILayout, context: Context, settings: PropertyGroup) 
             indent=70.0,
         )
         row.operator("spectral.board_disorder", text="", icon="X", emboss=False).index = number
+        if fault := _fault(order.lower) or _fault(order.upper):
+            _draw_warning(layout, context, f"This order has no effect: {fault}")
 
 
-def _fault(entry: PropertyGroup) -> str:
-    """The reason why a fader moves nothing, such as a deleted light; "" if its number is there."""
+def _draw_warning(layout: UILayout, context: Context, text: str) -> None:
+    column = layout.column()
+    column.alert = True
+    wrapped(column, context, text, icon="ERROR", indent=60.0)
+
+
+def _fault(target: str) -> str:
+    """The reason why a number cannot be moved, such as a deleted light; "" if it can."""
     try:
-        number_at(entry.name)
-        block, _ = block_at(entry.name)
+        number_at(target)
+        block, _ = block_at(target)
     except InvalidInputError as error:
-        return f"Its fader moves nothing: {error}"
-    return f"Its fader moves nothing to see: no scene uses {block.name!r} any more" if is_unused(block) else ""
+        return str(error)
+    return f"no scene uses {block.name!r} any more" if is_unused(block) else ""
 
 
 def shown_name(path: str) -> str:

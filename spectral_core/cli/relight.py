@@ -21,7 +21,7 @@ from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
 from spectral_core.errors import FileWriteError, InvalidInputError, MissingDependencyError
 from spectral_core.files.whole import whole_file
-from spectral_core.spectra.pictures import require_ending, write_picture
+from spectral_core.spectra.pictures import require_ending, write_picture, write_picture_with_alpha
 
 VIDEO = ".mp4"
 MOST_FRAMES = 100_000
@@ -190,7 +190,11 @@ def _write(arguments: argparse.Namespace, live: Any, mixes: list[Any]) -> list[s
         return [_write_video(out, live, mixes)]
     files = _pictures(out, len(mixes))
     for path, weights in zip(files, mixes, strict=True):
-        write_picture(path, live.picture(weights)[::-1, :, :3])
+        pixels = live.picture(weights)[::-1]
+        if path.suffix.lower() == ".npy" or np.all(pixels[..., 3] == 1):
+            write_picture(path, pixels[..., :3])
+        else:  # of a transparent film, as Blender writes it
+            write_picture_with_alpha(path, pixels)
     return [str(path) for path in files]
 
 

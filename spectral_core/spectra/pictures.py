@@ -53,6 +53,25 @@ def write_picture(path: str | Path, linear_rgb: ArrayLike) -> None:
         write_bytes(path, png_bytes(_display_bytes(linear_rgb)))
 
 
+def write_picture_with_alpha(path: str | Path, pixels: NDArray[Any]) -> None:
+    """Write linear sRGB times alpha, and alpha (height, width, 4), row 0 on top: as EXR, or in 8 bits for display as
+    PNG, whose colors are those of what covers a pixel.
+
+    Raises InvalidInputError for another ending, and for numbers that are not finite.
+    """
+    path = require_ending(path)
+    color, alpha = _checked(pixels[..., :3]), np.clip(pixels[..., 3:], 0.0, 1.0)
+    make_folder(path.parent)
+    if path.suffix.lower() == ".exr":
+        write_exr_with_alpha(path, pixels)
+        return
+    if path.suffix.lower() != ".png":
+        raise InvalidInputError(f"{path.name} holds no alpha; end it with .png or .exr")
+    straight = np.divide(color, alpha, out=np.array(color), where=alpha > 0)
+    shown = [_display_bytes(straight), np.round(alpha * 255).astype(np.uint8)]
+    write_bytes(path, png_bytes(np.concatenate(shown, axis=2)))
+
+
 def write_exr_with_alpha(path: str | Path, pixels: NDArray[Any]) -> None:
     """Write linear sRGB times alpha, and alpha (height, width, 4), row 0 on top, as an EXR of 32-bit floats.
 
@@ -101,11 +120,13 @@ def _display_bytes(linear_rgb: NDArray[Any]) -> NDArray[np.uint8]:
 
 
 def png_bytes(pixels: NDArray[np.uint8]) -> bytes:
-    """PNG of (height, width, 3) bytes (ISO/IEC 15948: signature, header, filtered rows, end; marked as sRGB)."""
-    height, width, _ = pixels.shape
-    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # a leading 0 per row: no filter
-    rows[:, 1:] = pixels.reshape(height, 3 * width)
-    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    """PNG of (height, width, 3) bytes, or 4 with straight alpha (ISO/IEC 15948: signature, header, filtered rows, end;
+    marked as sRGB).
+    """
+    height, width, channels = pixels.shape
+    rows = np.zeros((height, 1 + channels * width), np.uint8)  # a leading 0 per row: no filter
+    rows[:, 1:] = pixels.reshape(height, channels * width)
+    head = struct.pack(">IIBBBBB", width, height, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
     chunks = (_chunk(b"IHDR", head), _chunk(b"sRGB", b"\0"), _chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)))
     return _SIGNATURE + b"".join(chunks) + _chunk(b"IEND", b"")
 

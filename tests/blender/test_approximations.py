@@ -49,6 +49,8 @@ def test_faces_that_coincide_with_a_floor_get_a_note_where_light_passes(build, t
     assert not translate().notes
     cube.location = (20.0, 0.0, 1.0)  # in the plane of the ground, beside it
     assert not translate().notes
+    cube.location, cube.rotation_euler.z = (6.0, 0.0, 1.0), 0.0  # as a tile that touches the ground at an edge
+    assert not translate().notes
 
 
 @pytest.mark.parametrize("segments", [48, 400])

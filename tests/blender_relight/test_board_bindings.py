@@ -68,6 +68,28 @@ def test_an_order_can_be_removed_while_the_board_runs(stage, running):
         bpy.ops.spectral.board_disorder(index=0)
 
 
+@pytest.mark.parametrize("remove", ["the lamp", "its object"])
+def test_a_deleted_light_limits_no_fader(stage, running, remove):
+    """The fader stopped at 0, or at the last power of a lamp that only its binding kept in the file."""
+    from spectral_core.explore.board import Control
+
+    key, fill = (full_path(bpy.data.lights[name], "energy") for name in ("Key", "Fill"))
+    for name, control in ((key, "osc:0:/1"), (fill, "osc:0:/2")):
+        entry = stage.spectral.board.bindings.add()
+        entry.name, entry.control, entry.high = name, control, 200.0
+    bpy.ops.spectral.board_order(lower=key, upper=fill)
+    live.tick()
+    if remove == "the lamp":
+        bpy.data.lights.remove(bpy.data.lights["Fill"])
+    else:
+        bpy.data.objects.remove(bpy.data.objects["Fill"])
+        assert "Fill" in bpy.data.lights
+    running.board.receive(Control.parse("osc:0:/1"), 0.5, 0.0)
+    live.tick()
+    assert bpy.data.lights["Key"].energy == pytest.approx(100.0)  # above the 80 of Fill
+    assert live.read(fill) is None
+
+
 def test_an_undo_gives_a_fader_its_binding_back_and_a_redo_takes_it(stage, running):
     from spectral_core.explore.board import Control
 
@@ -152,12 +174,12 @@ def test_a_binding_keeps_no_deleted_object_and_its_row_reports_it(stage, running
     lamp.name, lamp.control = full_path(bpy.data.lights["Key"], "energy"), "osc:0:/2"
     live.rebind(stage)
     assert entry.block == ball
-    assert (_fault(entry), _fault(lamp)) == ("", "")
+    assert (_fault(entry.name), _fault(lamp.name)) == ("", "")
     stage.collection.objects.unlink(ball)  # as a deletion in the 3D view does
-    assert "no scene uses 'Pebble' any more" in _fault(entry)
+    assert "no scene uses 'Pebble' any more" in _fault(entry.name)
     live.tick()
     assert (entry.block, ball.users) == (None, 0)
-    assert "no scene uses 'Pebble' any more" in _fault(entry)
+    assert "no scene uses 'Pebble' any more" in _fault(entry.name)
     path = tmp_path / "saved.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
     with bpy.data.libraries.load(str(path)) as (there, _):
@@ -166,7 +188,7 @@ def test_a_binding_keeps_no_deleted_object_and_its_row_reports_it(stage, running
     assert lamp.block == bpy.data.lights["Key"]
     stage.collection.objects.link(ball)
     assert followed.follow_names(stage.spectral.board) is False
-    assert (entry.block, _fault(entry)) == (ball, "")
+    assert (entry.block, _fault(entry.name)) == (ball, "")
 
 
 def test_a_file_is_saved_without_a_deleted_object_also_if_the_board_is_stopped(stage, running, tmp_path):

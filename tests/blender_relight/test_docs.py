@@ -50,6 +50,7 @@ def test_snapping_prefers_bulbs_then_midpoints_then_the_grid():
     np.testing.assert_allclose(snapped((0.02, -0.46), BULBS), (0.0, -0.5))
     np.testing.assert_allclose(snapped((0.05, 0.05), BULBS), (0.0, 0.0))
     np.testing.assert_allclose(snapped((0.55, 0.7), BULBS), (0.5, 0.75))
+    assert np.hypot(*snapped((0.88, 0.88), BULBS)) <= 1.25 + 1e-9  # the grid point (1, 1) is beyond the rim
 
 
 def test_the_tooltip_lists_shares_in_descending_order_and_warns_if_all_are_off():

@@ -161,3 +161,21 @@ def test_motors_get_at_most_sixty_commands_a_second() -> None:
         numbers["a"] = tick / 40
         sent += len(board.motors(time=1.0 + tick / 400))
     assert 55 <= sent <= 61
+
+
+def test_a_target_that_is_gone_limits_no_other_and_its_motor_rests():
+    numbers = {"low": 10.0, "middle": 20.0, "high": 30.0}
+    board = Board(numbers.get)
+    for name in numbers:
+        board.bind(Binding(Control("osc", 0, f"/{name}"), name, 0.0, 100.0, pick_up=name == "middle"))
+    board.set_orders([("low", "middle"), ("middle", "high")])
+    del numbers["middle"]
+    board.receive(Control("osc", 0, "/middle"), 0.9, 0.0)
+    board.receive(Control("osc", 0, "/low"), 0.25, 0.0)
+    assert [(change.target, change.value) for change in board.poll()] == [("low", 25.0)]
+    board.receive(Control("osc", 0, "/low"), 0.9, 1.0)
+    assert [change.value for change in board.poll()] == [30.0]  # of the chain the other end still holds
+    del numbers["high"]
+    board.receive(Control("osc", 0, "/low"), 0.9, 2.0)
+    assert [change.value for change in board.poll()] == [90.0]
+    assert {control.address for control, _ in board.motors(9.0)} == {"/low"}

@@ -53,6 +53,14 @@ def test_a_parameter_of_seven_bits_has_its_whole_travel() -> None:
     assert decoder.lone(9.0) == ()
 
 
+@pytest.mark.parametrize("then", [parameter(0, 10, 5 << 7, fine=False), ["B0 65 7F", "B0 64 7F"], ["B0 63 7F"]])
+def test_a_parameter_of_seven_bits_arrives_though_another_one_or_none_is_selected_next(then: list[str]) -> None:
+    decoder = Decoder()
+    decoded(decoder, parameter(0, 9, 100 << 7, fine=False))
+    assert decoded(decoder, then)["nrpn:0:9"] == pytest.approx(100 / 127)
+    assert ("nrpn", "9") not in [(control.kind, control.address) for control, _ in decoder.lone(9.0)]
+
+
 def test_an_upper_half_alone_has_a_lower_half_of_zero() -> None:
     """MIDI 1.0: a receiver sets the lower half to 0 when the upper one arrives."""
     decoder = Decoder()

@@ -13,7 +13,13 @@ from spectral_core.render import render_scene
 from spectral_core.render.relight.band_storage import BandStorage
 from spectral_core.render.relight.dial import MOST_BULBS
 from spectral_core.render.relight.exact_storage import ExactStorage
-from spectral_core.render.relight.groups import changed_groups, fingerprint, light_groups, one_group_per_light
+from spectral_core.render.relight.groups import (
+    changed_groups,
+    fingerprint,
+    light_groups,
+    one_group_per_light,
+    several_colors,
+)
 from spectral_core.render.relight.mix import relight
 from spectral_core.render.relight.sampling import SAMPLING_LIGHTS
 from spectral_core.render.relight.storage import MixtureStorage, Storage
@@ -33,6 +39,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
+from spectral_core.scene.surface import AddSurface
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import linear_rgb_from_xyz, luminance_from_linear_rgb
 from spectral_core.spectra.observer import xyz_from_spectrum, xyz_of
@@ -88,6 +95,33 @@ def test_emissive_images_are_relit_in_their_own_colors(
         np.testing.assert_allclose(
             relit[..., :3].mean(axis=(0, 1)), rendered[group][..., :3].mean(axis=(0, 1)), rtol=tolerance
         )
+
+
+def test_an_object_that_shines_in_two_colors_is_relit_in_them() -> None:
+    """It had no single spectrum, so that a recording with bands could not be shown. Its red is that of another object,
+    which shares a material of two colors below: then that filters white, too.
+    """
+    red, blue = Emission(Color([1, 0.2, 0.1]), 3.0), Emission(Color([0.1, 0.3, 1]), 2.0)
+    scene = lit_plane(surface=Diffuse(Color([0.7, 0.3, 0.2])), camera=looking_down(8, 1.2), film=Film(8, 6, samples=16))
+    both = Instance("lantern", "sphere", matrix((-1, 0, 1), 0.5), ("both",), group="Lantern")
+    tube = Instance("tube", "sphere", matrix((1, 0.8, 1), 0.3), ("one",), group="Tube")
+    scene = replace(
+        scene,
+        meshes=(*scene.meshes, sphere_mesh(8)),
+        materials=(*scene.materials, Material("both", AddSurface(red, blue)), Material("one", red)),
+        instances=(*scene.instances, both, tube),
+        settings=replace(scene.settings, transport="spectral"),
+    )
+    rendered = render_scene(scene, groups=True, sampling_lights=SAMPLING_LIGHTS).group_pixels
+    transport = record_transport(scene, BandStorage(31))
+    for group in ("Lantern", "Tube"):
+        relit = relight(transport, mix={name: float(name == group) for name in transport.groups})
+        shown, wanted = (each[..., :3].mean(axis=(0, 1)) for each in (relit, rendered[group]))
+        np.testing.assert_allclose(shown, wanted, rtol=0.02)
+    assert several_colors(scene) == {"both"}
+    sharing = replace(tube, materials=("one", "both"))
+    assert several_colors(replace(scene, instances=(*scene.instances[:-1], sharing))) == {"both", "one"}
+    assert several_colors(replace(scene, instances=(*scene.instances[:-2], tube))) == frozenset()
 
 
 def test_an_image_world_uses_a_new_lamp_in_place_of_daylight(image_world: Scene) -> None:

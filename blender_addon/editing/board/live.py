@@ -17,7 +17,7 @@ from ...properties import hooks
 from ...properties.hooks import Topic
 from ..deferred import RENDER_SECONDS, open_scene
 from . import followed
-from .followed import follow_names
+from .followed import follow_names, is_unused
 
 if TYPE_CHECKING:
     from spectral_core.explore.board import Board, Change
@@ -53,14 +53,14 @@ def session() -> Session | None:
     return _session
 
 
-def read(target: str) -> float:
-    """Present value of a target; 0 if the target was deleted, which the row of its binding reports."""
-    from .paths import number_at
+def read(target: str) -> float | None:
+    """Present value of a target; None if it was deleted, which the rows of its binding and orders report."""
+    from .paths import block_at, number_at
 
     try:
-        return number_at(target).read()
+        return None if is_unused(block_at(target)[0]) else number_at(target).read()
     except InvalidInputError:
-        return 0.0
+        return None
 
 
 def start(scene: Scene) -> tuple[Session, list[str]]:
@@ -122,7 +122,9 @@ def rebind(scene: Scene) -> None:
         for new in wanted:
             if new not in board.bindings:
                 board.bind(new)
-            _session.start_positions.setdefault(new.target, new.position(read(new.target)))
+            present = read(new.target)
+            if present is not None:
+                _session.start_positions.setdefault(new.target, new.position(present))
         board.set_orders((order.lower, order.upper) for order in settings.orders if order.lower and order.upper)
         settings.status = ""
     except SpectralError as error:

@@ -209,8 +209,15 @@ def planes_of(triangles: Array) -> list[_Plane]:
 
 
 def lies_on(planes: list[_Plane], triangles: Array) -> bool:
-    """True if a face of other triangles lies on one of the planes, beside a face of the first ones."""
-    return any(bool(np.any(np.all(plane.shared(triangles[plane.has(triangles)]) >= 0.0, axis=2))) for plane in planes)
+    """True if a face of other triangles lies on one of the planes, and on a face of the first ones; tiles that only
+    touch at an edge do not.
+    """
+    for plane in planes:
+        shared = plane.shared(triangles[plane.has(triangles)])
+        # boxes of faces that touch share no more than their padding along the direction from one to the other
+        if np.any((shared >= 0.0).all(axis=2) & ((shared > 3.0 * plane.step).sum(axis=2) >= 2)):
+            return True
+    return False
 
 
 def _lies_on_itself(planes: list[_Plane], triangles: Array) -> bool:

@@ -66,11 +66,12 @@ class _Fader:
 class Board:
     """Bindings, and the messages since the last poll."""
 
-    def __init__(self, read: Callable[[str], float], has_motor: Callable[[Control], bool] | None = None) -> None:
+    def __init__(self, read: Callable[[str], float | None], has_motor: Callable[[Control], bool] | None = None) -> None:
         """Make a board without bindings.
 
-        ``read`` returns a target's present value; it is called inside ``poll`` and ``motors`` only. ``has_motor``
-        returns True if a control has a motor; None means that all have one.
+        ``read`` returns a target's present value, None if it is gone: it then limits no other target, and its motor
+        rests. It is called inside ``poll`` and ``motors`` only. ``has_motor`` returns True if a control has a motor;
+        None means that all have one.
         """
         self._read = read
         self._has_motor = has_motor or (lambda control: True)
@@ -177,9 +178,8 @@ class Board:
                 continue
             if time - fader.touched < TOUCH_SECONDS or time - fader.driven < MOTOR_SECONDS:
                 continue
-            position = fader.binding.position(self._read(fader.binding.target))
-            stands = fader.stands
-            if stands is None or abs(stands - position) > control.step:
+            position, stands = self._position(fader), fader.stands
+            if position is not None and (stands is None or abs(stands - position) > control.step):
                 fader.sent, fader.driven = position, time
                 to_send.append((control, position))
         return tuple(to_send)
@@ -213,11 +213,16 @@ class Board:
         halves = (Control("cc", control.channel, str(upper)), Control("cc", control.channel, str(upper + PAIRED)))
         return control in halves and all(half in self._learn_start for half in halves)
 
+    def _position(self, fader: _Fader) -> float | None:
+        """Position of a fader at which its target has its present value; None if the target is gone."""
+        value = self._read(fader.binding.target)
+        return None if value is None else fader.binding.position(value)
+
     def _settle(self) -> None:
         """Store the values after the last changes, which their owner may have rounded or clipped."""
         for fader in self._faders.values():
             if fader.caught and fader.left_at is None:
-                fader.left_at = fader.binding.position(self._read(fader.binding.target))
+                fader.left_at = self._position(fader)
 
     def _counts(self, fader: _Fader, position: float, time: float) -> bool:
         """Record a movement by hand; True if it changes the target, which under pick-up it must pass first."""
@@ -225,7 +230,9 @@ class Board:
         fader.hand, fader.touched = position, time
         if not fader.binding.pick_up:
             return True
-        present, step = fader.binding.position(self._read(fader.binding.target)), fader.binding.control.step
+        present, step = self._position(fader), fader.binding.control.step
+        if present is None:
+            return False
         if fader.caught and fader.left_at is not None and abs(present - fader.left_at) > step:
             fader.caught = False  # the value changed by other means: the fader would make it jump
         if not fader.caught:

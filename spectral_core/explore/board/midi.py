@@ -51,7 +51,7 @@ class Decoder:
         if message.type != "control_change":
             return ()
         number, channel, value = message.control, message.channel, message.value
-        self._select(channel, number, value)
+        ended = self._select(channel, number, value)
         coarse = (Control("cc", channel, str(number)), value / 127)
         pair = (channel, number % PAIRED)
         if number < PAIRED:
@@ -64,32 +64,41 @@ class Decoder:
             self._paired.add(fine)
             self._alone.pop(pair, None)
             return coarse, (fine, (self._upper[pair] << 7 | value) / 16383)
-        return (coarse,)
+        return (*ended, coarse)
 
     def lone(self, time: float) -> tuple[tuple[Control, float], ...]:
         """Faders whose upper half has arrived without the lower one, which is then 0 (MIDI 1.0)."""
         late = [pair for pair, came in self._alone.items() if time - came >= LONE_SECONDS]
-        found = []
-        for pair in late:
-            del self._alone[pair]
-            fine, upper = self._fine(pair), self._upper[pair]
-            # a parameter that never has a lower half has 7 bits
-            found.append((fine, (upper << 7) / 16383 if fine in self._paired else upper / 127))
-        return tuple(found)
+        return tuple(self._without_lower(pair) for pair in late)
+
+    def _without_lower(self, pair: tuple[int, int]) -> tuple[Control, float]:
+        """The fader of an upper half whose lower one does not come, and its position."""
+        del self._alone[pair]
+        fine, upper = self._fine(pair), self._upper[pair]
+        # a parameter that never has a lower half has 7 bits
+        return fine, (upper << 7) / 16383 if fine in self._paired else upper / 127
 
     def _fine(self, pair: tuple[int, int]) -> Control:
         channel, number = pair
         parameter = self._parameter(channel) if number == DATA else None
         return Control("cc14", channel, str(number)) if parameter is None else Control("nrpn", channel, str(parameter))
 
-    def _select(self, channel: int, number: int, value: int) -> None:
-        """Follow the selection of parameters; a registered one, such as the range of the pitch bend, is no fader."""
+    def _select(self, channel: int, number: int, value: int) -> tuple[tuple[Control, float], ...]:
+        """Follow the selection of parameters; a registered one, such as the range of the pitch bend, is no fader.
+
+        Returns the fader of the earlier selection if its lower half has not come: it does not come any more. Devices
+        of 7 bits select the next parameter, or none, right after a value.
+        """
+        if number not in (*REGISTERED, *NUMBERED):
+            return ()
+        data = (channel, DATA)
+        ended = (self._without_lower(data),) if data in self._alone else ()
         if number in REGISTERED:
             self._selected.pop(channel, None)
-        elif number in NUMBERED:
+        else:
             self._selected.setdefault(channel, {})[number] = value
-            self._upper.pop((channel, DATA), None)
-            self._alone.pop((channel, DATA), None)
+        self._upper.pop(data, None)
+        return ended
 
     def _parameter(self, channel: int) -> int | None:
         """Number of the selected parameter; None without one, or if it is deselected (16383)."""

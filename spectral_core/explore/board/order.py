@@ -23,9 +23,9 @@ class Order:
             raise InvalidInputError(f"{upper!r} is kept below {lower!r} already; remove that order first")
         return Order((*(pair for pair in self.pairs if pair != (lower, upper)), (lower, upper)))
 
-    def held(self, wanted: Mapping[str, float], read: Callable[[str], float]) -> dict[str, float]:
+    def held(self, wanted: Mapping[str, float], read: Callable[[str], float | None]) -> dict[str, float]:
         """Limited values of targets. Targets that do not move limit the others; of two that move, the upper one has
-        precedence. ``read`` returns the present value of a target that does not move.
+        precedence. ``read`` returns the present value of a target that does not move, None if it limits nothing.
         """
         result: dict[str, float] = {}
         # From the top down, so that each finds its upper neighbors settled.
@@ -33,7 +33,8 @@ class Order:
             value = wanted[target]
             floors = [read(name) for name in self._reached(target, upwards=False) - set(wanted)]
             ceilings = [result[name] if name in wanted else read(name) for name in self._reached(target, upwards=True)]
-            result[target] = min([max([value, *floors]), *ceilings])
+            least = max([value, *(floor for floor in floors if floor is not None)])
+            result[target] = min([least, *(ceiling for ceiling in ceilings if ceiling is not None)])
         return result
 
     def _reached(self, target: str, *, upwards: bool) -> set[str]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any
@@ -110,17 +110,45 @@ def one_group_per_light(scene: Scene) -> Scene:
     )
 
 
-def group_light(scene: Scene, group: str) -> Spectrum | None:
+def several_colors(scene: Scene) -> frozenset[str]:
+    """Names of the emissive materials of objects that shine in several colors, none of them given as a spectrum.
+
+    Their colors filter the light, as those of an image do: no single spectrum is the object's. A material is shared by
+    objects, so one in several colors may make those of another object differ.
+    """
+    paints = {material.name: list(emitted_paints(material)) for material in scene.materials}
+    found: frozenset[str] = frozenset()
+    while True:
+        more = found
+        for instance in scene.instances:
+            own = {name for name in instance.materials if paints.get(name)}
+            shown = [_filtered(paint, name in found) for name in own for paint in paints[name]]
+            if not any(isinstance(paint, Spectrum) for paint in shown) and any(paint != shown[0] for paint in shown):
+                more |= own
+        if more == found:
+            return found
+        found = more
+
+
+def _filtered(paint: Any, is_filter: bool) -> Any:
+    """What distinguishes the light of a paint: a color or a spectrum, None for those that filter white."""
+    if isinstance(paint, Color):
+        return None if is_filter else tuple(paint.linear_rgb)
+    return paint if isinstance(paint, Spectrum) else None
+
+
+def group_light(scene: Scene, group: str, filters: Container[str] | None = None) -> Spectrum | None:
     """The single spectrum of all sources of a group, scaled to the luminance of its color; None if they differ.
 
-    Colors tint the scene's white. Sources that emit nothing count only in a group without others.
+    Colors tint the scene's white. Sources that emit nothing count only in a group without others. ``filters``: what
+    ``several_colors`` returns, whose materials are lit by white; it is called if None.
     """
     white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
     lamps = [light for light in scene.lights if light.group == group and not is_of_world(light)]
     paints: list[Any] = [light.color for light in lamps if shines(light)]
     if scene.world.group == group:
         paints += [None] if world_varies(scene) else world_paints(scene.world)
-    paints += _emissive_paints(scene, group)
+    paints += _emissive_paints(scene, group, filters)
     paints = paints or [light.color for light in lamps]
     # a varying emission was recorded as a filter of the light: alone it tints white
     tinted = white or white_light()
@@ -132,7 +160,9 @@ def group_light(scene: Scene, group: str) -> Spectrum | None:
     return first if same else None
 
 
-def _emissive_paints(scene: Scene, group: str) -> list[Any]:
+def _emissive_paints(scene: Scene, group: str, filters: Container[str] | None) -> list[Any]:
     """Paints of the emission of a group's objects."""
     assigned = {name for instance in scene.instances if instance.group == group for name in instance.materials}
-    return [paint for material in scene.materials if material.name in assigned for paint in emitted_paints(material)]
+    own = [(each.name, paint) for each in scene.materials if each.name in assigned for paint in emitted_paints(each)]
+    known = several_colors(scene) if own and filters is None else filters or ()
+    return [None if name in known else paint for name, paint in own]

@@ -107,8 +107,8 @@ class LiveMix:
             if matrix is None:
                 raise InvalidInputError(
                     f"the lights of group {group_text(group)} had different spectra in the scene, which "
-                    f"{storage.kind!r} storage does not keep; name one spectrum for the group, or record one group "
-                    "per light"
+                    f"{storage.kind!r} storage does not keep; name one spectrum for the group, record one group per "
+                    "light, or Mixtures, which keep any lights"
                 )
             self._set(index, matrix)
 

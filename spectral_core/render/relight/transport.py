@@ -22,7 +22,7 @@ from spectral_core.render.light_groups import (
     world_varies,
 )
 from spectral_core.render.plan.effects import plan_from_data
-from spectral_core.render.relight.groups import group_light, one_group_per_light
+from spectral_core.render.relight.groups import group_light, one_group_per_light, several_colors
 from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.sampling import sampling_lights
 from spectral_core.render.relight.storage import Storage, flat_light
@@ -173,9 +173,10 @@ def record_transport(
         )
     for name in names:
         require_text("the name of a light group", name)
+    filters = several_colors(grouped)
+    lights = {name: group_light(grouped, name, filters) for name in names}
     if storage.keeps_spectra:
-        lights = (group_light(grouped, name) for name in names)
-        options.setdefault("sampling_lights", sampling_lights(lights, storage))
+        options.setdefault("sampling_lights", sampling_lights(lights.values(), storage))
     require_memory(storage, scene.film.size, len(names))
     recorded = under_flat_light(grouped) if storage.keeps_spectra else grouped
     if storage.keeps_spectra and plan_from_data(recorded).is_on("fluorescence"):
@@ -205,7 +206,7 @@ def record_transport(
     channels = np.empty((len(names), storage.channel_count, *coverage.shape), np.float32)
     _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else recorded.film.exposure)
     return Transport(
-        storage, names, channels, coverage, tuple(group_light(grouped, name) for name in names),
+        storage, names, channels, coverage, tuple(lights[name] for name in names),
         scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, (*notes, *own_notes),
     )  # fmt: skip
 
@@ -238,7 +239,7 @@ def _gather(
 
 
 def under_flat_light(scene: Scene) -> Scene:
-    """The scene with colorless emission of equal power per nm; images keep their colors as filters.
+    """The scene with colorless emission of equal power per nm; images and ``several_colors`` keep theirs as filters.
 
     A spectrum that a group receives later replaces a light's color, as in the scene itself; the sun of a sky keeps its
     color, as the sky does. A black light stays dark
@@ -251,7 +252,8 @@ def under_flat_light(scene: Scene) -> Scene:
         else replace(light, color=_colorless(light.color))
         for light in scene.lights
     )
-    materials = tuple(_colorless_material(material) for material in scene.materials)
+    filters = several_colors(scene)
+    materials = tuple(m if m.name in filters else _colorless_material(m) for m in scene.materials)
     settings = scene.settings.in_spectra(white=flat_light())
     world = scene.world if world_varies(scene) else _colorless_world(scene.world)
     return replace(scene, lights=lights, materials=materials, world=world, settings=settings)
