@@ -75,6 +75,7 @@ from spectral_core.scene.surface import (
     Translucent,
     Transparent,
     nominal_ior,
+    specular_ior,
 )
 
 __all__ = [
@@ -156,6 +157,7 @@ __all__ = [
     "programs_of",
     "require_scene",
     "scene_hash",
+    "specular_ior",
     "values_of",
     "weighted_leaves",
 ]  # fmt: skip

@@ -47,17 +47,19 @@ class Fluorescent:
             )
         for dye, amount in zip(self.dyes, self.amounts, strict=True):
             require_range(f"the amount of dye {dye.name!r}", float(amount), 0.0, 1e6)
-        sent_out = share_per_amount(self.dyes, EXCITED_NM) @ np.asarray(self.amounts, dtype=np.float64)
+        nm = _checked_nm(self.color, self.dyes)
+        sent_out = share_per_amount(self.dyes, nm) @ np.asarray(self.amounts, dtype=np.float64)
         name = self.color.name if isinstance(self.color, Spectrum) else "fluorescent"
-        require_energy(name, EXCITED_NM, self.reflected(EXCITED_NM), sent_out)
+        require_energy(name, nm, self.reflected(nm), sent_out)
 
     @classmethod
     def largest_share(cls, color: Paint, dyes: tuple[FluorescentDye, ...], amounts: tuple[float, ...]) -> float:
         """Largest factor, at most 1, on amounts of dyes for which a surface of ``color`` returns no more than
         arrives.
         """
-        sent_out = share_per_amount(dyes, EXCITED_NM) @ np.asarray(amounts, dtype=np.float64)
-        room = np.maximum(1.0 - cls(color).reflected(EXCITED_NM), 0.0)
+        nm = _checked_nm(color, dyes)
+        sent_out = share_per_amount(dyes, nm) @ np.asarray(amounts, dtype=np.float64)
+        room = np.maximum(1.0 - cls(color).reflected(nm), 0.0)
         # Designed dyes use all the room that there is, and rounding must not count: beside a reflectance of 1 the
         # excitation of a dye is often 1e-20, of which no share would fit.
         excess = sent_out > room + ENERGY_SLACK
@@ -84,6 +86,13 @@ class Fluorescent:
             power = dye.absorbed_power(light, dye.excitation.grid)
             total = total + amount * power * dye.emission_density(wavelengths_nm)
         return total
+
+
+def _checked_nm(color: Paint, dyes: tuple[FluorescentDye, ...]) -> Array:
+    """Wavelengths at which energy is checked: whole nm, and the knots of narrower spectra."""
+    spectra = [dye.excitation for dye in dyes] + ([color] if isinstance(color, Spectrum) else [])
+    knots = np.concatenate([EXCITED_NM, *(spectrum.grid.wavelengths_nm for spectrum in spectra)])
+    return np.unique(knots[(knots >= EXCITED_NM[0]) & (knots <= EXCITED_NM[-1])])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

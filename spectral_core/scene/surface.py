@@ -31,6 +31,15 @@ def nominal_ior(ior: float | Spectrum | Computed) -> float:
     return float(np.mean(ior.typical)) if isinstance(ior, Computed) else float(ior)
 
 
+def specular_ior(ior: float, level: float) -> float:
+    """Index of refraction with the reflectance of Principled's specular level: F0 times twice the level (Blender 4)."""
+    if level == 0.5:
+        return ior
+    normal = float(np.clip(((ior - 1) / (ior + 1)) ** 2 * 2 * level, 0.0, 0.99))
+    raised = (1 + np.sqrt(normal)) / (1 - np.sqrt(normal))
+    return float(raised if ior >= 1 else 1 / raised)
+
+
 SubsurfaceModel = Literal["random_walk", "random_walk_skin", "burley"]
 """How light scatters below a surface: Random Walk, Random Walk (Skin), Christensen-Burley."""
 

@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 ENERGY_SLACK = 1e-6
 """Tolerance above 1, for a solver's rounding, on the light that a surface returns."""
 
+NARROW_BELL_NM = 10.0
+"""Standard deviation of a dye's bell below which knots of 5 nm do not show it."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FluorescentDye:
@@ -68,22 +71,32 @@ class FluorescentDye:
         widths_nm: tuple[float, float] = (20.0, 20.0),
         grid: SpectralGrid | None = None,
     ) -> FluorescentDye:
-        """A dye with bell-shaped spectra around two wavelengths; ``widths_nm``: their standard deviations."""
-        grid = grid or SpectralGrid.uniform(300, LAST_NM, 5)
-        bells = [
-            np.exp(-0.5 * ((grid.wavelengths_nm - center) / require_range("a width", width, 0.1, 1000, " nm")) ** 2)
-            for center, width in zip((excitation_nm, emission_nm), widths_nm, strict=True)
-        ]
-        return cls(name, Spectrum("excitation", grid, bells[0]), Spectrum("emission", grid, bells[1]))
+        """A dye with bell-shaped spectra around two wavelengths; ``widths_nm``: their standard deviations.
+
+        ``grid``: of both; None for 5 nm, and closer knots within a bell that is narrow.
+        """
+        bells = []
+        for kind, center, width in zip(
+            ("excitation", "emission"), (excitation_nm, emission_nm), widths_nm, strict=True
+        ):
+            width = require_range("a width", width, 0.1, 1000, " nm")
+            own = grid or _grid_of_bell(center, width)
+            bells.append(Spectrum(kind, own, np.exp(-0.5 * ((own.wavelengths_nm - center) / width) ** 2)))
+        return cls(name, *bells)
 
     @property
     def emission_mean_nm(self) -> float:
         """Mean wavelength of the emitted power."""
         return _mean_wavelength(self.emission)
 
+    @property
+    def emission_area(self) -> float:
+        """Integral of the emission as it is given, in its own unit times nm."""
+        return _integral(self.emission)
+
     def emission_density(self, wavelengths_nm: Array) -> Array:
         """Emission per nm at any wavelengths, its integral 1."""
-        return self.emission.at(wavelengths_nm) / _integral(self.emission)
+        return self.emission.at(wavelengths_nm) / self.emission_area
 
     def absorbed_power(self, light: Spectrum, grid: SpectralGrid) -> float:
         """∫ ex · E dλ for a unit amount, with the excitation as it is on ``grid``."""
@@ -92,7 +105,7 @@ class FluorescentDye:
 
     def emitted_rgb(self, viewer: Observer | None = None) -> Array:
         """Linear sRGB (3,) of the emission density: of one unit of absorbed power."""
-        return RGB_FROM_XYZ @ xyz_of(self.emission, None, viewer) / _integral(self.emission)
+        return RGB_FROM_XYZ @ xyz_of(self.emission, None, viewer) / self.emission_area
 
     def excitation_on(self, grid: SpectralGrid) -> Array:
         """Excitation at the knots of a grid, (n,), as the design uses it."""
@@ -152,6 +165,15 @@ def require_energy(name: str, wavelengths_nm: Array, reflected: Array, sent_out:
             "emitted by its dyes (counted in photons, as a quantum yield of at most 1 requires); expected at most 1: "
             f"multiply the amounts of its dyes by {np.floor(room * 1e3) / 1e3:g}, or darken it there"
         )
+
+
+def _grid_of_bell(center_nm: float, width_nm: float) -> SpectralGrid:
+    """A grid of 5 nm, with closer knots around the middle of a bell whose standard deviation is below two steps."""
+    knots = np.arange(300.0, LAST_NM + 1, 5.0)
+    if width_nm < NARROW_BELL_NM:
+        near = center_nm + width_nm * np.linspace(-5.0, 5.0, 41)
+        knots = np.union1d(knots, near[(near > knots[0]) & (near < knots[-1])])
+    return SpectralGrid(knots)
 
 
 def _mean_wavelength(spectrum: Spectrum) -> float:

@@ -57,6 +57,47 @@ def test_every_number_of_a_dye_changes_its_bells(build):
     assert dyes_of(material)[1] == (pytest.approx(0.2),)
 
 
+# Fresnel's reflectance of an index of 1.5 over all directions is 0.0918 (Walsh 1926). Of a tint of 0.25, 0.5 is left on
+# each way straight through, and 0.453 over the directions of even light. Balls of sheen in Cycles reflect 0.446 of it.
+@pytest.mark.parametrize(
+    ("values", "share"),
+    [
+        ({}, 0.9082),
+        ({"Specular IOR Level": 0.0}, 1.0),
+        ({"Coat Weight": 1.0}, 0.9082**2),
+        ({"Coat Weight": 1.0, "Coat Tint": (0.25, 0.25, 0.25, 1.0)}, 0.9082**2 * 0.453**2),
+        ({"Sheen Weight": 1.0, "Sheen Roughness": 1.0}, 0.9082 * 0.554),
+        ({"Thin Film Thickness": 5000.0, "Thin Film IOR": 1.5}, 0.9082),
+    ],
+    ids=["gloss", "no gloss", "coat", "tinted coat", "sheen", "film of the same index"],
+)
+def test_layers_of_principled_take_light_from_its_dyes(build, translate, values, share):
+    """Coat and sheen took nothing: under sheen a surface returned 1.04 of the light, and tinted coats had no effect."""
+    material = build.material("Paint", "ShaderNodeBsdfPrincipled")
+    for name, value in {"Base Color": (0.0, 0.0, 0.0, 1.0), **values}.items():
+        material.node_tree.nodes["shader"].inputs[name].default_value = value
+    dye(material)
+    build.plane(material=material)
+    (base,) = fluorescent(translate(), "Paint")
+    # the tint takes its share of the excitation from the dye's own spectrum
+    taken = base.dyes[0].excitation.values.max() / 0.995
+    assert base.amounts[0] * taken == pytest.approx(0.3 * share, rel=0.03)
+
+
+def test_a_colored_coat_hides_dyes_whose_light_it_absorbs(build, translate):
+    amounts = {}
+    for name, tint in (("Green", (0.05, 1.0, 0.05, 1.0)), ("Red", (1.0, 0.05, 0.05, 1.0))):
+        material = build.material(name, "ShaderNodeBsdfPrincipled")
+        for socket, value in (("Base Color", (0.0, 0.0, 0.0, 1.0)), ("Coat Weight", 1.0), ("Coat Tint", tint)):
+            material.node_tree.nodes["shader"].inputs[socket].default_value = value
+        dye(material)  # emits at 530 nm
+        build.plane(material=material)
+    scene = translate()
+    for name in ("Green", "Red"):
+        amounts[name] = fluorescent(scene, name)[0].amounts[0]
+    assert amounts["Red"] < 0.5 * amounts["Green"]
+
+
 def test_impossible_dyes_get_a_note(build, translate):
     backwards = build.material("Backwards")
     dye(backwards, 600.0, 450.0)

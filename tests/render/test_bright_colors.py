@@ -34,6 +34,13 @@ def test_a_color_above_1_reflects_more_than_arrives(transport, paint):
     assert not [note for note in result.notes if "outside 0 to 1" in note.message]
 
 
+def test_a_rough_color_above_1_reflects_no_more_than_its_share():
+    """What facets reflect to each other is that of white, as in Cycles; it grew without limit, 20-fold for 5."""
+    settings = RenderSettings(transport="rgb", max_bounces=2)
+    scene = lit_plane(surface=Diffuse(gray(5.0), 1.0), world=World(color=gray(1.0)), settings=settings)
+    np.testing.assert_allclose(render_scene(scene).pixels[..., :3].mean((0, 1)), 5.0, rtol=0.02)
+
+
 def test_bent_diffuse_light_fades_as_in_cycles():
     from spectral_core.render.plugins.closures.facets.upright import softening
     from spectral_core.render.variant import activate, choose_backend

@@ -174,3 +174,49 @@ def test_a_dye_under_lines_of_unlike_brightness_renders_in_its_color():
     expected = PAINT.linear_rgb(light)
     assert np.all(np.abs(found - expected) <= 4.5 * noise + 2e-3 * np.abs(expected).max())
     assert noise.max() < 0.01 * expected.max()
+
+
+VIOLET = Illuminant("violet", SpectralGrid([404.9, 405.3, 405.7]), [0.0, 1.0, 0.0])
+"""A laser whose file has no other wavelengths."""
+
+
+def line(center: float, half_width: float) -> Spectrum:
+    return Spectrum("line", SpectralGrid(center + half_width * np.array([-1.0, 0.0, 1.0])), np.array([0.0, 1.0, 0.0]))
+
+
+def test_a_lamp_without_the_wavelengths_of_the_emission_excites_dyes():
+    """The plan switched the dyes off, and their surface was black."""
+    scene = lit(Fluorescent(gray(0.0), (DYE,), (0.5,)), VIOLET)
+    assert plan_from_data(scene)["fluorescence"].value == "on"
+    found, noise, _ = shown(scene)
+    expected = 0.5 * np.exp(-0.5 * (0.3 / 20) ** 2) / luminance_of_violet() * DYE.emitted_rgb()
+    assert np.all(np.abs(found - expected) <= 4.5 * noise + 5e-3 * np.abs(expected).max())
+
+
+def luminance_of_violet() -> float:
+    """Luminance of the laser over its power: ȳ of CIE 1931 at 405.3 nm, from its values at 405 and 406 nm."""
+    return 0.7 * 0.0006400 + 0.3 * 0.0007234
+
+
+def test_lines_that_dyes_absorb_and_emit_have_their_power():
+    """Of an emitted line of 0.2 nm, whole nm showed five times its power, or nothing; so with an absorbed one."""
+    dye = FluorescentDye("dye", line(405.5, 0.3), line(612.0, 0.2))
+    found, noise, _ = shown(lit(Fluorescent(gray(0.0), (dye,), (0.5,)), VIOLET))
+    nm = np.linspace(404.9, 405.8, 90_001)
+    shapes = [np.maximum(0.0, 1 - np.abs(nm - middle) / width) for middle, width in ((405.3, 0.4), (405.5, 0.3))]
+    absorbed = 0.5 * np.mean(shapes[0] * shapes[1]) / np.mean(shapes[0])
+    expected = absorbed / luminance_of_violet() * dye.emitted_rgb()
+    assert np.all(np.abs(found - expected) <= 4.5 * noise + 5e-3 * np.abs(expected).max())
+    with pytest.raises(InvalidInputError, match=r"returns 1\.\d+ of the light at 405.5 nm"):
+        Fluorescent(gray(0.5), (dye,), (0.5,))
+
+
+@pytest.mark.parametrize("width", [0.1, 0.5, 2.0, 20.0])
+def test_a_bell_of_any_width_keeps_its_area(width):
+    """Knots of 5 nm had nothing of a narrow one."""
+    dye = FluorescentDye.gaussian("bell", 403, 532, widths_nm=(width, width))
+    for bell in (dye.excitation, dye.emission):
+        nm = bell.grid.wavelengths_nm
+        area = np.sum(np.diff(nm) * (bell.values[1:] + bell.values[:-1]) / 2)
+        assert area == pytest.approx(width * np.sqrt(2 * np.pi), rel=1e-3)
+    assert dye.emission_mean_nm == pytest.approx(532, abs=0.01)

@@ -46,6 +46,19 @@ def test_a_line_has_its_luminance_and_color(position: float, half_width: float) 
     check(rendered_xyz(light), exact / exact[1])
 
 
+@pytest.mark.parametrize(("half_width", "values"), [(1e-3, [0.0, 1.0, 0.0]), (0.05, [1.0, 1.0])])
+def test_a_line_whose_file_has_no_other_wavelengths(half_width: float, values: list[float]) -> None:
+    """The first was off by 2.4 %, since its ends were rounded; the second ended the render in an error."""
+    grid = SpectralGrid(532.0 + half_width * np.linspace(-1.0, 1.0, len(values)))
+    white = Reflectance("white", SpectralGrid(np.array([300.0, 900.0])), np.ones(2))
+    scene = lit_plane(replace(SUN, color=Illuminant("line", grid, np.array(values))), surface=Diffuse(white))
+    scene = replace(scene, settings=replace(scene.settings, transport="spectral"))
+    rendered = xyz_from_linear_rgb(render_scene(scene).pixels[..., :3].reshape(-1, 3).astype(float).mean(axis=0))
+    np.testing.assert_allclose(rendered[1], 1.0, rtol=2e-3)
+    # x̄ and ȳ of CIE 1931 at 532 nm
+    np.testing.assert_allclose(rendered[0] / rendered[1], 0.21373, rtol=2e-3)
+
+
 @pytest.mark.parametrize("half_width", [0.013, 0.4])
 def test_a_lamp_of_lines_keeps_the_ratio_of_its_lines(half_width: float) -> None:
     light = lines([435.83, 546.07, 576.96, 611.4], half_width, [0.5, 1.0, 0.3, 1.2])

@@ -74,9 +74,22 @@ def test_the_mean_is_the_integral_for_any_spectrum(name: str, surface: Spectrum)
         np.testing.assert_allclose(mean, expected, atol=2e-3 * expected.max())
 
 
+def even_line(position: float, half_width: float) -> Illuminant:
+    """A line of two samples of equal power."""
+    return Illuminant("line", SpectralGrid(position + half_width * np.array([-1.0, 1.0])), np.ones(2))
+
+
 def test_each_wavelength_keeps_its_mean_weight() -> None:
     """Corrections of one bin cancel over the shifts: this alone makes every spectrum exact in the mean."""
-    for lights in ([], [catalogue.illuminant("FL2")], [catalogue.illuminant("A"), catalogue.illuminant("HP1")]):
+    daylight, lasers = catalogue.illuminant("D65"), [even_line(nm, 0.05) for nm in (450.0, 532.0, 638.0)]
+    for lights in (
+        [],
+        [catalogue.illuminant("FL2")],
+        [catalogue.illuminant("A"), catalogue.illuminant("HP1")],
+        [daylight, *lasers],  # off by 8 % in a bin
+        [even_line(589.3, 0.05)],  # had no solution: the render ended in an error
+        [even_line(632.8, 0.001)],
+    ):
         sets = plan_wavelengths(lights).sets
         assert sets is not None
         bins = (np.arange(STEPS)[None, :, None] + sets.shifts[:, None]) % STEPS + STEPS * np.arange(TEETH)
@@ -85,7 +98,9 @@ def test_each_wavelength_keeps_its_mean_weight() -> None:
         for corrections in sets.corrections:  # of light after one reflection, after two, and after more
             total[:] = 0.0
             np.add.at(total, bins, corrections)
-            np.testing.assert_allclose(total, 0.0, atol=1e-9 * np.abs(corrections).max())
+            # of an even line, all bins have the same light
+            tolerance = 1e-9 if all(light.grid.size > 2 for light in lights) else 2e-6
+            np.testing.assert_allclose(total, 0.0, atol=tolerance * np.abs(corrections).max())
         assert np.abs(sets.corrections).max() > 0.01
 
 

@@ -9,7 +9,7 @@ from spectral_core.render.mitsuba_export import paints
 from spectral_core.render.mitsuba_export import xml_elements as xml
 from spectral_core.render.mitsuba_export.draft import Draft
 from spectral_core.render.mitsuba_export.reflective import interface, two_sided
-from spectral_core.render.mitsuba_scene.closures.principled import specular_ior
+from spectral_core.render.mitsuba_scene.closures.principled import gloss_ior
 from spectral_core.scene import Principled, gray
 
 _WRITTEN = {
@@ -52,7 +52,7 @@ def _body(draft: Draft, closure: Principled, subject: str) -> xml.Element:
 
 def _inputs(draft: Draft, closure: Principled, subject: str) -> Iterator[xml.Element]:
     yield paints.reflectance(draft, "base_color", closure.base_color, subject)
-    yield xml.number("eta", max(specular_ior(closure), 1.0001))
+    yield xml.number("eta", max(gloss_ior(closure), 1.0001))
     names = {
         "roughness": "roughness", "metallic": "metallic", "anisotropic": "anisotropic", "transmission": "spec_trans",
         "coat_weight": "clearcoat", "sheen_weight": "sheen",

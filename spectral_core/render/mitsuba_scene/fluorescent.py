@@ -16,11 +16,10 @@ from spectral_core.render.mitsuba_scene.emission import weight_texture
 from spectral_core.render.plugins.surfaces.sources import Lobe
 from spectral_core.render.trace.reradiation import Dyed, Reradiation
 from spectral_core.scene import Color, Fluorescent, Scene, Weight, leaves
-from spectral_core.scene.fluorescent import EXCITED_NM
 from spectral_core.scene.paint import WHOLE
-from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.observer import integration_points, xyz_of
-from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
+from spectral_core.spectra.color import RGB_FROM_XYZ, luminance_from_linear_rgb
+from spectral_core.spectra.observer import STANDARD, integration_points, observer, xyz_of
+from spectral_core.spectra.spectrum import Spectrum
 
 IN_RGB = (
     "its dyes are shown as a color under daylight: RGB transport knows no other wavelengths; set Transport to Spectral "
@@ -68,15 +67,15 @@ def daylight_rgb(closure: Fluorescent, light: Spectrum | None = None) -> Any:
     of the light.
     """
     light = light or paint.white_light()
-    knots = [light.grid.wavelengths_nm, WAVELENGTHS_NM]
-    points, _ = integration_points(*knots)
-    total = closure.reflected(points) * light.at(points) + closure.sent_out(light, points)
-    return RGB_FROM_XYZ @ xyz_of(_sampled("light from the surface", points, total))
-
-
-def _sampled(name: str, points: Any, values: Any) -> Spectrum:
-    nm, first = np.unique(points, return_index=True)
-    return Spectrum(name, SpectralGrid(nm), values[first])
+    viewer, own = observer(STANDARD), closure.color
+    color = [own.grid.wavelengths_nm] if isinstance(own, Spectrum) else []
+    points, weights = integration_points(viewer.wavelengths_nm, light.grid.wavelengths_nm, *color)
+    cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, row) for row in viewer.cmfs])
+    found = RGB_FROM_XYZ @ (cmfs @ (weights * closure.reflected(points) * light.at(points)))
+    # apart: a lamp of one line has no wavelengths where its dyes emit
+    for dye, amount in zip(closure.dyes, closure.amounts, strict=True):
+        found = found + amount * dye.absorbed_power(light, dye.excitation.grid) * dye.emitted_rgb()
+    return found
 
 
 def emission_spectra(scene: Scene, lights: Sequence[Spectrum]) -> list[Spectrum]:
@@ -97,11 +96,10 @@ def emission_spectra(scene: Scene, lights: Sequence[Spectrum]) -> list[Spectrum]
 
 
 def _luminance(closure: Fluorescent, light: Spectrum) -> float:
-    """Luminance of a dye under a light, over that of a white surface."""
-    grid = SpectralGrid(EXCITED_NM)
-    sent = closure.sent_out(light, EXCITED_NM)
+    """Luminance of a dye, on black, under a light, over that of a white surface."""
     white = float(xyz_of(light)[1])
-    return float(xyz_of(Spectrum("sent", grid, sent))[1]) / white if white > 0 else 0.0
+    sent = float(luminance_from_linear_rgb(daylight_rgb(closure, light)))
+    return sent / white if white > 0 else 0.0
 
 
 def reradiation(context: Context, lights: Sequence[Spectrum], teeth: int) -> Reradiation | None:

@@ -156,7 +156,8 @@ def sampled_spectrum(context: Context, spectrum: Spectrum) -> Any:
     if not np.any(values):  # Mitsuba refuses a sampled spectrum that is zero everywhere
         return context.load({"type": "uniform", "value": 0.0})
     steps = np.diff(knots)
-    if np.ptp(steps) < 1e-9 * knots[-1]:  # a regular spectrum needs no search
+    # a regular spectrum needs no search; the ends of one of few nm would be rounded, and its power with them
+    if np.ptp(steps) < 1e-9 * knots[-1] and knots[-1] - knots[0] > 2.0:
         ends = {"wavelength_min": float(knots[0]), "wavelength_max": float(knots[-1])}
         return context.load({"type": "regular", **ends, "values": _listed(values)})
     knots, values = single_precision_spectrum(spectrum)

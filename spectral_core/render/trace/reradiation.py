@@ -5,6 +5,9 @@ At a hit with dyes a path either stays at its wavelengths, and the surface refle
 surface is diffuse with the reradiation D(λ, λ') = Σ amount · emission density(λ) · excitation(λ'). λ' is drawn by
 excitation times the scene's lights, in cells that end at the lights' knots (``wavelengths``), so that a lamp of one
 line excites without noise. The throughput is divided by the probability of the choice.
+
+The tables of a dye have its own knots beside the whole nm: of a line that is emitted between two whole nm, these alone
+would show nothing, and of one of 0.2 nm at a whole nm five times its power.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from numpy.typing import NDArray
 
 from spectral_core.render.plugins.numbers import Rows, table
 from spectral_core.render.trace.below.leaving import exit_normal, outer_normal
-from spectral_core.render.trace.wavelengths import cell_edges, share_by_cell
+from spectral_core.render.trace.wavelengths import cell_edges, share_by_cell, single_precision_spectrum
 from spectral_core.scene import Fluorescent
 from spectral_core.scene.fluorescent import EXCITED_NM
 from spectral_core.spectra.observer import STANDARD, observer
@@ -30,7 +33,6 @@ FLAT_SHARE = 0.2
 """Share of wavelengths that are drawn by excitation alone, for light that other surfaces reflect or emit."""
 LEAST_CHANCE, MOST_CHANCE = 0.05, 0.95
 """Probability of continuing at other wavelengths, if a dye emits at those of the path."""
-_SIZE = EXCITED_NM.size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,27 +58,33 @@ class Reradiation:
         self._teeth = teeth
         counts = [sum(len(closure.dyes) for closure, _ in item.parts) for item in dyed]
         self._dyes = max(counts)
-        excitation, emission = np.zeros((2, len(dyed), self._dyes, _SIZE))
+        dyes = [dye for item in dyed for closure, _ in item.parts for dye in closure.dyes]
+        taken = [dye.excitation for dye in dyes]
+        knots = cell_edges([*taken, *(dye.emission for dye in dyes)], EXCITED_NM)
+        self._knots, self._is_even = table(mi.Float, knots), knots.size == EXCITED_NM.size
+        self._size = knots.size - 1
+        excitation, emission = np.zeros((2, len(dyed), self._dyes, self._size, 2))
         self._weights: list[tuple[int, int, Any]] = []
         """Material's row from 1, number of one of its dyes, and that dye's share of the surface."""
         for row, item in enumerate(dyed):
             k = 0
             for closure, weight in item.parts:
                 for dye, amount in zip(closure.dyes, closure.amounts, strict=True):
-                    excitation[row, k] = dye.excitation.at(EXCITED_NM)
-                    emission[row, k] = amount * dye.emission_density(EXCITED_NM)
+                    excitation[row, k] = _ends_of_cells(dye.excitation, knots)
+                    emission[row, k] = amount * _ends_of_cells(dye.emission, knots) / dye.emission_area
                     if weight is not None:
                         self._weights.append((row + 1, k, weight))
                     k += 1
         # Tables, not constants of the kernel: another dye needs no new kernel.
         self._excitation, self._emission = table(mi.Float, excitation), table(mi.Float, emission)
-        edges = cell_edges(lights, EXCITED_NM)
+        edges = cell_edges([*lights, *taken], EXCITED_NM)
         self._cells = edges.size - 1
         self._starts, self._widths = table(mi.Float, edges[:-1]), table(mi.Float, np.diff(edges))
-        draws = [_cumulative(edges, lights, taken, sent) for taken, sent in zip(excitation, emission, strict=True)]
+        draws = [_cumulative(edges, lights, knots, *both) for both in zip(excitation, emission, strict=True)]
         self._cumulative = table(mi.Float, np.stack(draws))
-        light_sent = np.stack([_seen_light([closure for closure, _ in item.parts], lights) for item in dyed])
-        self._sent, self._left = table(mi.Float, light_sent[:, 0]), table(mi.Float, light_sent[:, 1])
+        seen = np.stack([_seen_light([closure for closure, _ in item.parts], lights, knots) for item in dyed])
+        seen = np.stack([seen[..., :-1], seen[..., 1:]], axis=-1)
+        self._sent, self._left = table(mi.Float, seen[:, 0]), table(mi.Float, seen[:, 1])
         numbers = [
             (int(dr.reinterpret_array(mi.UInt32, mi.ShapePtr(shape))[0]), row + 1)
             for row, item in enumerate(dyed)
@@ -101,10 +109,11 @@ class Reradiation:
         weights = self._weights_at(si, row, dyed)
         index = row - 1
         sent, left = mi.Float(0.0), mi.Float(0.0)
-        for k in range(4):
+        own = [self._place(si.wavelengths[k], dyed) for k in range(4)]
+        for place in own:
             # One decision for all four wavelengths of the path, by the light that the observer sees of all.
-            sent += self._at(self._sent, index, si.wavelengths[k], dyed)
-            left += self._at(self._left, index, si.wavelengths[k], dyed)
+            sent += self._at(self._sent, index, place)
+            left += self._at(self._left, index, place)
         chance = sent / dr.maximum(left, 1e-30)
         chance = dr.select(
             dyed & (chance > 0.0) & (sum(weights) > 0.0), dr.clip(chance, LEAST_CHANCE, MOST_CHANCE), 0.0
@@ -122,11 +131,11 @@ class Reradiation:
             # A comb again: four numbers a quarter apart from one random number, as the path's own wavelengths are.
             moved = place + 0.25 * k
             wavelength, density = self._drawn(index, moved - dr.floor(moved), shifted)
-            reradiated = mi.Float(0.0)
+            reradiated, excited = mi.Float(0.0), self._place(wavelength, shifted)
             for dye, weight in enumerate(weights):
                 which = index * self._dyes + dye
-                sent = weight * self._at(self._emission, which, si.wavelengths[k], shifted)
-                reradiated += sent * self._at(self._excitation, which, wavelength, shifted)
+                sent = weight * self._at(self._emission, which, own[k])
+                reradiated += sent * self._at(self._excitation, which, excited)
             found.append(wavelength)
             # D(λ, λ') over the probability of this choice; the surface's cosine and π belong to the even lobe.
             factors.append(reradiated / dr.maximum(density * chance, 1e-30))
@@ -164,17 +173,28 @@ class Reradiation:
         within = dr.clip((place - low) / share, 0.0, 1.0)
         return dr.fma(width, within, start), share / dr.maximum(width, 1e-12)
 
-    def _at(self, values: Any, row: Any, wavelength: Any, active: Any) -> Any:
-        """A row of a table at a wavelength, linear between whole nm and zero outside."""
+    def _place(self, wavelength: Any, active: Any) -> tuple[Any, Any, Any]:
+        """Cell of the tables of a wavelength, its position within the cell, and True if it is in any."""
         import drjit as dr
 
         mi = self._mi
-        place = wavelength - float(EXCITED_NM[0])
-        inside = active & (place >= 0.0) & (place <= _SIZE - 1.0)
-        low = mi.UInt32(dr.clip(place, 0.0, _SIZE - 2.0))
-        first = dr.gather(mi.Float, values, row * _SIZE + low, inside)
-        second = dr.gather(mi.Float, values, row * _SIZE + low + 1, inside)
-        return dr.select(inside, dr.lerp(first, second, place - mi.Float(low)), 0.0)
+        first, last = float(EXCITED_NM[0]), float(EXCITED_NM[-1])
+        inside = active & (wavelength >= first) & (wavelength <= last)
+        if self._is_even:
+            low = mi.UInt32(dr.clip(wavelength - first, 0.0, self._size - 1.0))
+            return low, wavelength - first - mi.Float(low), inside
+        begins = lambda cell: dr.gather(mi.Float, self._knots, cell, inside) <= wavelength  # noqa: E731
+        low = dr.clip(dr.binary_search(0, self._size, begins), 1, self._size) - 1
+        start, end = (dr.gather(mi.Float, self._knots, low + k, inside) for k in (0, 1))
+        return low, (wavelength - start) / dr.maximum(end - start, 1e-12), inside
+
+    def _at(self, values: Any, row: Any, place: tuple[Any, Any, Any]) -> Any:
+        """A row of a table at a place, linear within its cell and zero outside of all."""
+        import drjit as dr
+
+        low, within, inside = place
+        ends = dr.gather(self._mi.Vector2f, values, row * self._size + low, inside)
+        return dr.select(inside, dr.lerp(ends.x, ends.y, within), 0.0)
 
 
 def even_lobe(integrator: Any, si: Any, path: Any, sampler: Any, active: Any) -> tuple[Any, Any]:
@@ -200,42 +220,55 @@ def even_lobe(integrator: Any, si: Any, path: Any, sampler: Any, active: Any) ->
     return path.leaves | shifted, normal
 
 
-def _response() -> Array:
+def _ends_of_cells(spectrum: Spectrum, knots: Array) -> Array:
+    """(m, 2) a spectrum at the start and the end of the cells between ``knots``: it may jump to zero at its ends."""
+    own, values = single_precision_spectrum(spectrum)
+    found = np.interp(knots, own, values, left=0.0, right=0.0)
+    inside = (knots[:-1] >= own[0]) & (knots[1:] <= own[-1])
+    return np.asarray(np.stack([found[:-1], found[1:]], axis=1) * inside[:, None])
+
+
+def _response(nm: Array) -> Array:
     """(n,) the observer's response to light of each wavelength: the sum of the color matching functions."""
     viewer = observer(STANDARD)
-    return np.interp(EXCITED_NM, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0), left=0, right=0)
+    return np.interp(nm, viewer.wavelengths_nm, viewer.cmfs.sum(axis=0), left=0, right=0)
 
 
-def _cumulative(edges: Array, lights: Sequence[Spectrum], excitation: Array, emission: Array) -> Array:
-    """(m + 1,) cumulative probability of exciting wavelengths; ``excitation``, ``emission``: (dyes, n) of a surface."""
-    seen = _response()
+def _cumulative(edges: Array, lights: Sequence[Spectrum], knots: Array, excitation: Array, emission: Array) -> Array:
+    """(m + 1,) cumulative probability of exciting wavelengths, in cells between ``edges``; ``excitation``,
+    ``emission``: (dyes, n, 2) of a surface, at both ends of cells between ``knots``.
+    """
+    middle, sent = (knots[1:] + knots[:-1]) / 2, emission.mean(axis=2) * np.diff(knots)
     # dyes are weighted by the observer's response to their emission; a tenth more for the excitation of other dyes
-    wanted = (emission @ seen + 0.1 * emission.sum(axis=1)) @ excitation
-    flat = share_by_cell(edges, EXCITED_NM, wanted)
+    shares = sent @ _response(middle) + 0.1 * sent.sum(axis=1)
+    zero = np.zeros((len(excitation), 1))
+    before, behind = np.append(zero, excitation[..., 1], axis=1), np.append(excitation[..., 0], zero, axis=1)
+    wanted = shares @ np.maximum(before, behind)
+    flat = share_by_cell(edges, knots, wanted)
     lit = np.zeros_like(flat)
     for light in lights:
-        lit += share_by_cell(edges, EXCITED_NM, wanted, light)
+        lit += share_by_cell(edges, knots, wanted, light)
     if lit.sum() > 0:
         flat = FLAT_SHARE * flat + (1 - FLAT_SHARE) * lit / lit.sum()
     return np.concatenate([[0.0], np.cumsum(flat)]) / max(float(flat.sum()), 1e-300)
 
 
-def _seen_light(closures: Sequence[Fluorescent], lights: Sequence[Spectrum]) -> Array:
+def _seen_light(closures: Sequence[Fluorescent], lights: Sequence[Spectrum], knots: Array) -> Array:
     """(2, n) what the observer sees, at each wavelength, of the light that dyes of a surface send out, and of all that
     leaves it, under all lights.
     """
-    grid = SpectralGrid(EXCITED_NM)
-    light = np.zeros(_SIZE)
+    grid = SpectralGrid(knots)
+    light = np.zeros(knots.size)
     for spectrum in lights:
         light += spectrum.resampled(grid, average=True).values
     # A twentieth of even light: the emission of other dyes or surfaces may excite as well.
     light += 0.05 * float(light.mean()) if light.any() else 1.0
     mean = Spectrum("light", grid, light)
-    sent = np.sum([closure.sent_out(mean, EXCITED_NM) for closure in closures], axis=0)
+    sent = np.sum([closure.sent_out(mean, knots) for closure in closures], axis=0)
     reflected = [
-        closure.reflected(EXCITED_NM) if closure.checks_energy else np.full(_SIZE, 0.5) for closure in closures
+        closure.reflected(knots) if closure.checks_energy else np.full(knots.size, 0.5) for closure in closures
     ]
-    seen = _response()
+    seen = _response(knots)
     seen += 0.05 * float(seen.max())  # invisible light counts a little: it may excite other dyes
     total = (sent + np.mean(reflected, axis=0) * light) * seen
     return np.stack([sent * seen, total]) / max(float(total.max()), 1e-300)

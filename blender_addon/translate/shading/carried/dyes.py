@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import (
     AddSurface,
@@ -20,7 +18,6 @@ from spectral_core.scene import (
     gray,
     leaves,
     map_leaves,
-    nominal_ior,
 )
 from spectral_core.scene.surface import Closure
 from spectral_core.spectra.fluorescence import FluorescentDye
@@ -28,6 +25,7 @@ from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 from ...context import Translation
 from ..surfaces import BLACK
+from .layers import below_layers
 
 Dyes = tuple[FluorescentDye, ...]
 LEAST_KNOWN = 0.5
@@ -122,24 +120,15 @@ def _on_principled(
 ) -> Surface:
     """Principled, mixed with the emission of dyes in its base: where it is neither metal nor glass nor transparent.
 
-    Light that the gloss above reflects does not reach the dyes.
+    Light that the layers above reflect or absorb does not reach the dyes (``layers``).
     """
     within = _fitting(translation, name, leaf.base_color, dyes, amounts, None)
-    reached = 1.0 - mean_reflectance(nominal_ior(leaf.ior))
-    emission: Surface = Fluorescent(gray(0.0), within.dyes, tuple(amount * reached for amount in within.amounts))
+    below, factors = below_layers(leaf, within.dyes)
+    scaled = tuple(amount * factor for amount, factor in zip(within.amounts, factors, strict=True))
+    emission: Surface = Fluorescent(gray(0.0), below, scaled)
     covers: tuple[tuple[Scalar, bool], ...] = ((leaf.metallic, True), (leaf.transmission, True), (leaf.alpha, False))
     for share, hides in covers:
         if share == (0.0 if hides else 1.0):
             continue
         emission = MixSurface(share, emission, BLACK) if hides else MixSurface(share, BLACK, emission)
     return AddSurface(leaf, emission)
-
-
-def mean_reflectance(ior: float) -> float:
-    """Share of even light that a smooth surface with an index of refraction reflects, over all angles (Fresnel)."""
-    cosines = (np.arange(512) + 0.5) / 512
-    inside = np.sqrt(np.maximum(1 - (1 - cosines**2) / max(ior, 1.0) ** 2, 0.0))
-    index = max(ior, 1.0)
-    across = (cosines - index * inside) / (cosines + index * inside)
-    along = (index * cosines - inside) / (index * cosines + inside)
-    return float(np.mean((across**2 + along**2) * cosines))

@@ -21,7 +21,7 @@ from spectral_core.render.mitsuba_scene.closures.soft import Below, sheen, subsu
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.emission import sheen_clear
 from spectral_core.render.plugins.surfaces.sources import Lobe, Number, Source, Tint
-from spectral_core.scene import Color, Computed, Principled, Weight, nominal_ior
+from spectral_core.scene import Color, Computed, Principled, Weight, nominal_ior, specular_ior
 
 
 def principled(context: Context, closure: Principled, weight: Weight, subject: str) -> Iterator[tuple[Weight, Lobe]]:
@@ -33,7 +33,7 @@ def principled(context: Context, closure: Principled, weight: Weight, subject: s
     if closure.alpha != 1.0:
         yield weight.times(closure.alpha, complement=True), Lobe("clear", {})
     base = paint.color(context, closure.base_color, subject, bright=True)
-    ior = specular_ior(closure)
+    ior = gloss_ior(closure)
     if closure.transmission != 0:
         through = opaque.times(closure.metallic, complement=True).times(closure.transmission)
         # light passes two surfaces on its way through a body, so each applies half of the color
@@ -124,14 +124,9 @@ def _is_white(color: Any) -> bool:
     return isinstance(color, Color) and bool(np.all(color.linear_rgb == 1))
 
 
-def specular_ior(closure: Principled) -> float:
-    """Index of refraction with the reflectance of the specular level: F0 times twice the level (Blender 4)."""
-    ior, level = nominal_ior(closure.ior), paint.typical_number(closure.specular_level)
-    if level == 0.5:
-        return ior
-    normal = float(np.clip(((ior - 1) / (ior + 1)) ** 2 * 2 * level, 0.0, 0.99))
-    raised = (1 + np.sqrt(normal)) / (1 - np.sqrt(normal))
-    return float(raised if ior >= 1 else 1 / raised)
+def gloss_ior(closure: Principled) -> float:
+    """Index of refraction of the layer over the diffuse part; the mean of one that varies."""
+    return specular_ior(nominal_ior(closure.ior), paint.typical_number(closure.specular_level))
 
 
 def _specular_tint(context: Context, closure: Principled, subject: str) -> Source | None:

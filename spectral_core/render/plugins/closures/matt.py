@@ -12,7 +12,8 @@ def oren_nayar(mi: Any, dr: Any, color: Any, roughness: Any, wi: Any, wo: Any) -
     """Value · cosine of energy-preserving Oren-Nayar (Portsmouth, Kutz and Hill 2024, "EON").
 
     Fujii's fit of Oren-Nayar (Eq. 4) plus the light that bounced between facets (Eqs. 11 to 17); ``color`` is the
-    single-scattering reflectance.
+    single-scattering reflectance. One above 1 counts as 1 in what facets reflect to each other, as in Cycles: each such
+    reflection would add light, without an end.
     """
     cosine_i, cosine_o = dr.abs(wi.z), dr.abs(wo.z)
     scale = dr.rcp(1.0 + (0.5 - 2.0 / (3.0 * dr.pi)) * roughness)
@@ -24,7 +25,8 @@ def oren_nayar(mi: Any, dr: Any, color: Any, roughness: Any, wi: Any, wo: Any) -
     mean = scale * (1.0 + (2.0 / 3.0 - 28.0 / (15.0 * dr.pi)) * roughness)
     lost = dr.maximum(1.0 - mean, 1e-7)
     # as in Cycles, this part is tinted by the color once more than in Eq. 17
-    often = color * color * color * mean / (1.0 - color * lost) * (lost_i * lost_o / lost)
+    between = dr.minimum(color, 1.0)
+    often = color * between * between * mean / (1.0 - between * lost) * (lost_i * lost_o / lost)
     return (once + often) * cosine_o / dr.pi
 
 

@@ -41,6 +41,15 @@ def sheen_tables() -> dict[str, NDArray[np.float64]]:
     return {name: np.stack([np.interp(cosine, known, row) for row in rough[..., k]]) for k, name in enumerate(names)}
 
 
+def mean_share(roughness: float) -> float:
+    """Share of even light that Microfiber sheen of a roughness takes from what lies below it, over all angles."""
+    rows = table()[..., 0].astype(np.float64)
+    known = np.linspace(0.0, 1.0, len(rows))
+    at = np.array([np.interp(np.clip(roughness, 0.0, 1.0), known, column) for column in rows.T])
+    cosines = (np.arange(512) + 0.5) / 512
+    return float(2 * np.mean(cosines * np.interp(cosines, np.linspace(0.0, 1.0, len(at)), at)))
+
+
 class SharedLight:
     """The table of shares on the device."""
 

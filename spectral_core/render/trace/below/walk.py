@@ -16,6 +16,8 @@ from spectral_core.render.trace.below.numbers import Numbers
 MOST_STEPS = 256
 START = 1e-6
 """Depth below the surface at which a walk starts, over the size of its coordinates."""
+LEAST_PATH = 16.0
+"""Least mean free path over that depth. Of shorter ones a part of the light would leave without having entered."""
 LEAST_SHARE = 0.05
 """Share of its first throughput below which a walk may end by Russian roulette."""
 DRAWS = 5
@@ -71,6 +73,8 @@ def walk(mi: Any, dr: Any, scene: Any, tables: Any, start: Any, sampler: Any) ->
 
     seen = dr.clip(color, 0.0, 1.0)
     extinction, albedo, dimmed = medium_of(dr, entry, seen, radius)
+    least = LEAST_PATH * START * (1.0 + dr.max(dr.abs(si.p)))
+    extinction = dr.minimum(extinction, dr.rcp(least * (1.0 - entry.anisotropy)))
     here, factor = here_or_below(dr, (above * color, above * dimmed), radius > NO_RADIUS, sampler.next_1d())
     here, enters = here & active, enters & ~here
     # of the same reduced scattering, for the later steps

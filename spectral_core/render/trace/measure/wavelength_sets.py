@@ -54,6 +54,10 @@ _UNKNOWN = 1e-4
 """Variance of light of unknown spectrum, of equal energy and unrelated from one bin to the next, over that of the
 scene's. It bounds the weights, above all in bins in which the scene's lights have little power.
 """
+_UNKNOWN_WITHIN = 1e-6
+"""Least part of it in the second moment of each bin. All bins of an even line of 0.1 nm have the same radiance: nothing
+tells them apart, and the system for the weights would have no solution, or one that is off by some per cent.
+"""
 _COLORS = 30.0
 """Second moment of the smooth reflectances of the scene's colors, beside these variances."""
 _KNOWN = ((3000.0, 3.0, 0.0), (30.0, 3000.0, 10.0), (3.0, 100.0, 3000.0))
@@ -148,7 +152,8 @@ def _solved(
         prior = unknown + _prior(nm, reflectances, known)
         covariance, expected = _moments(shapes, response, prior)
         total = max(float(np.trace(covariance)), 1e-30)
-        covariance[np.diag_indices(_BINS)] += _UNKNOWN * total / _BINS * (even / even.mean()) ** 2
+        free = _UNKNOWN * total / _BINS * (even / even.mean()) ** 2
+        covariance[np.diag_indices(_BINS)] += np.maximum(free, _UNKNOWN_WITHIN * np.diag(covariance))
         weights = least_variance(covariance, expected, plain, sets, single, STEPS // SAMPLES)
         corrections.append(np.moveaxis(weights - plain[:, sets], 0, -1))
     return WavelengthSets(_shifts(), np.stack(corrections))
