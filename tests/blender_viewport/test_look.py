@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Film
 from spectral_core.spectra import catalogue
 
@@ -212,6 +213,17 @@ def test_the_note_of_f12_names_what_the_look_changes(stage):
     light, exposed = told()
     assert "As It Is" in light
     assert "1.1 stops darker" in exposed
+
+
+def test_a_palette_light_that_is_not_chosen_yet_is_no_unknown_one(stage):
+    """Choosing Palette Light in the list of looks told of a light named ''."""
+    look = stage.scene.spectral.viewport.look
+    look.kind = "COLUMN"
+    with pytest.raises(InvalidInputError, match="no light of the palette is chosen .* the palette has none"):
+        look_of(look, stage.scene)
+    stage.scene.spectral.palette.lights.add().name = "Evening"
+    with pytest.raises(InvalidInputError, match="no light of the palette is chosen to look under; choose one"):
+        look_of(look, stage.scene)
 
 
 @pytest.mark.parametrize(("kind", "is_on"), [("SCENE", False), ("GROUP", False), ("COLUMN", True), ("LAMP", True)])

@@ -43,6 +43,12 @@ def look_of(settings: Any, scene: Any, layer: Any = None) -> Look:
 def _under_column(look: Look, name: str, scene: Any, world: Any) -> Look:
     """Only the lamps of a light of the palette, and ``world`` if it is one; all lamps if the light has neither."""
     columns = scene.spectral.palette.lights
+    if not name:
+        raise InvalidInputError(
+            "no light of the palette is chosen to look under; "
+            + ("choose one" if len(columns) else "the palette has none, so make it first")
+            + ", or look at it As It Is"
+        )
     column = columns.get(name)
     if column is None:
         known = ", ".join(columns.keys()) or "none"
