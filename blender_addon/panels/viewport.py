@@ -8,6 +8,8 @@ from .. import jobs
 from ..properties.render import ENGINE
 from .parts import BUTTON_PIXELS, PANEL_PIXELS, names_in, width_of, wrapped
 
+ONE_LIGHT = ("COLUMN", "LAMP")
+"""Looks with one light, to which an observer can be adapted."""
 HIDDEN = "Rendered mode shows the light: press the right ball at the top."
 
 
@@ -81,7 +83,9 @@ def draw_look(layout: UILayout, context: Context, look: PropertyGroup, side: str
         column.prop_search(look, "column", context.scene.spectral.palette, "lights", text="")
     row = column.row(align=True)
     row.prop(look, "exposure")
-    row.prop(look, "adapts", text="", icon="HIDE_OFF")
+    adapts = row.row(align=True)
+    adapts.enabled = look.kind in ONE_LIGHT  # it would do nothing, and the artist would not know why
+    adapts.prop(look, "adapts", text="", icon="HIDE_OFF")
 
 
 def draw_header(header: bpy.types.Header, context: Context) -> None:

@@ -55,9 +55,14 @@ class Look:
         require_range("exposure of a look", self.exposure_stops, -32.0, 32.0, " stops")
 
     @property
+    def has_light(self) -> bool:
+        """True if it changes the light of a scene, and not the exposure of its picture alone."""
+        return self.lamps is not None or self.group is not None or self.spectrum is not None
+
+    @property
     def is_plain(self) -> bool:
         """True if the look changes nothing."""
-        return self.lamps is None and self.group is None and self.spectrum is None and self.exposure_stops == 0
+        return not self.has_light and self.exposure_stops == 0
 
     @property
     def picture_matrix(self) -> Array:

@@ -57,8 +57,9 @@ def illuminant_names() -> list[str]:
 
 def is_illuminant(name: str) -> bool:
     """True for a name of an illuminant, and for a black body of any number, which ``illuminant`` may refuse."""
+    name = name.strip()
     known = ALIASES.get(name.lower(), name)
-    if not known.lower().startswith(_BLACK_BODY):
+    if not f"{known} ".lower().startswith(_BLACK_BODY):
         return known in illuminant_names()
     try:
         _kelvin(name, known[len(_BLACK_BODY) :])
@@ -70,16 +71,17 @@ def is_illuminant(name: str) -> bool:
 def illuminant(name: str) -> Illuminant:
     """A measured light by name (``"D65"``, ``"HP1"``, ``"FL11"``, …) on its own grid, in relative power per nm.
 
-    ``"blackbody 3200"`` gives Planck's law at that temperature in kelvin. Raises UnknownNameError, and
-    InvalidInputError for a temperature outside of 500 to 50000 K, or for no text.
+    ``"blackbody 3200"`` gives Planck's law at that temperature in kelvin. Spaces around a name, as of a pasted one, do
+    not count. Raises UnknownNameError, and InvalidInputError for a temperature outside of 500 to 50000 K, or for no
+    text.
     """
-    return _illuminant(require_text("name of an illuminant", name))
+    return _illuminant(require_text("name of an illuminant", name).strip())
 
 
 @cache
 def _illuminant(name: str) -> Illuminant:
     known = ALIASES.get(name.lower(), name)
-    if known.lower().startswith(_BLACK_BODY):
+    if f"{known} ".lower().startswith(_BLACK_BODY):
         return blackbody(_kelvin(name, known[len(_BLACK_BODY) :]))
     if known not in illuminant_names():
         raise UnknownNameError.among("illuminant", name, [*illuminant_names(), *ALIASES, "blackbody 3200"])
@@ -101,10 +103,17 @@ def reflectance_names() -> list[str]:
     return _table("reflectances.csv")[0][1:]
 
 
-@cache
 def reflectance(name: str) -> Reflectance:
-    """A measured surface by name (``"dark skin"``, …) on its own grid. Raises UnknownNameError."""
-    if require_text("name of a reflectance", name) not in reflectance_names():
+    """A measured surface by name (``"dark skin"``, …) on its own grid; spaces around it do not count.
+
+    Raises UnknownNameError, and InvalidInputError for no text.
+    """
+    return _reflectance(require_text("name of a reflectance", name).strip())
+
+
+@cache
+def _reflectance(name: str) -> Reflectance:
+    if name not in reflectance_names():
         raise UnknownNameError.among("reflectance", name, reflectance_names())
     wavelengths, values = _column("reflectances.csv", name)
     return Reflectance(name, SpectralGrid(wavelengths), values, source="color checker, N. Ohta 1997")

@@ -8,11 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Film
 from spectral_core.spectra import catalogue
 
 bpy = pytest.importorskip("bpy")
-from blender_addon.translate.viewport.look import look_of  # noqa: E402
+from blender_addon.translate.viewport.look import look_of, notes_of  # noqa: E402
 
 
 def updated(stage):
@@ -195,6 +196,57 @@ def test_f12_uses_the_same_light_with_a_note(stage):
     notes = [note.message for note in jobs.records[-1].notes if note.subject == "Look"]
     assert notes
     assert jobs.records[-1].status == "done"
+
+
+def test_the_note_of_f12_names_what_the_look_changes(stage):
+    """An exposure under the scene's own lamps was noted as another light, with the advice to choose these lamps."""
+    look = stage.scene.spectral.viewport.look
+
+    def told():
+        return [note.message for note in notes_of(look_of(look, stage.scene))]
+
+    assert told() == []
+    look.exposure = 1.0
+    (exposed,) = told()
+    assert exposed.startswith("it is 1 stop brighter by the Exposure") and "As It Is" not in exposed
+    look.kind, look.lamp, look.exposure = "LAMP", "A", -1.1
+    light, exposed = told()
+    assert "As It Is" in light
+    assert "1.1 stops darker" in exposed
+
+
+def test_a_palette_light_that_is_not_chosen_yet_is_no_unknown_one(stage):
+    """Choosing Palette Light in the list of looks told of a light named ''."""
+    look = stage.scene.spectral.viewport.look
+    look.kind = "COLUMN"
+    with pytest.raises(InvalidInputError, match="no light of the palette is chosen .* the palette has none"):
+        look_of(look, stage.scene)
+    stage.scene.spectral.palette.lights.add().name = "Evening"
+    with pytest.raises(InvalidInputError, match="no light of the palette is chosen to look under; choose one"):
+        look_of(look, stage.scene)
+
+
+@pytest.mark.parametrize(("kind", "is_on"), [("SCENE", False), ("GROUP", False), ("COLUMN", True), ("LAMP", True)])
+def test_adapt_to_light_is_offered_where_there_is_one_light(stage, kind, is_on):
+    """Under the others it changes nothing, and the button seemed to be broken."""
+    from blender_addon.panels.viewport import draw_look
+
+    class Layout(SimpleNamespace):
+        shown = {}
+
+        def prop(self, _owner, name, **_options):
+            self.shown[name] = self.enabled
+
+        def __getattr__(self, _name):
+            return lambda *_arguments, **_options: Layout(enabled=True)
+
+    look = stage.scene.spectral.viewport.look
+    look.kind, look.lamp, look.column = kind, "A", "Evening"
+    context = SimpleNamespace(scene=stage.scene, view_layer=None, region=SimpleNamespace(width=300), preferences=None)
+    stage.scene.spectral.palette.lights.add().name = "Evening"
+    draw_look(Layout(enabled=True), context, look, "look")
+    assert Layout.shown["adapts"] is is_on
+    assert Layout.shown["exposure"]
 
 
 def test_previews_use_the_chosen_lamp(stage):

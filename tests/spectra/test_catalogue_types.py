@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Numbers in place of names, and names in place of spectra, have an error that says what is expected."""
+"""Numbers in place of names, and names in place of spectra, have an error that says what is expected; spaces do not."""
 
 from __future__ import annotations
 
@@ -8,7 +8,13 @@ from typing import Any
 import pytest
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.spectra.catalogue import illuminant, reflectance
+from spectral_core.spectra.catalogue import (
+    illuminant,
+    illuminant_names,
+    is_illuminant,
+    reflectance,
+    reflectance_names,
+)
 from spectral_core.spectra.observer import normalized
 
 
@@ -23,3 +29,12 @@ def test_a_light_is_a_spectrum() -> None:
         normalized("D65")  # type: ignore[arg-type]
     with pytest.raises(InvalidInputError, match="luminance is x"):
         normalized(illuminant("D65"), luminance="x")  # type: ignore[arg-type]
+
+
+def test_spaces_around_a_name_do_not_count() -> None:
+    """A name that was pasted into a field has them at times, and cannot be seen to."""
+    for name in ("D65 ", " sodium", "\tblackbody 3200\n"):
+        assert is_illuminant(name)
+        assert illuminant(name) is illuminant(name.strip())
+    assert reflectance(" dark skin ") is reflectance("dark skin")
+    assert all(name == name.strip() for name in (*illuminant_names(), *reflectance_names()))

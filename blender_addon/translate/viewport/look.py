@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from spectral_core.errors import InvalidInputError
-from spectral_core.scene import Scene
+from spectral_core.errors import InvalidInputError, counted
+from spectral_core.scene import Note, Scene
 from spectral_core.scene.look import Look
 from spectral_core.spectra.spectrum import Spectrum
 
@@ -43,6 +43,12 @@ def look_of(settings: Any, scene: Any, layer: Any = None) -> Look:
 def _under_column(look: Look, name: str, scene: Any, world: Any) -> Look:
     """Only the lamps of a light of the palette, and ``world`` if it is one; all lamps if the light has neither."""
     columns = scene.spectral.palette.lights
+    if not name:
+        raise InvalidInputError(
+            "no light of the palette is chosen to look under; "
+            + ("choose one" if len(columns) else "the palette has none, so make it first")
+            + ", or look at it As It Is"
+        )
     column = columns.get(name)
     if column is None:
         known = ", ".join(columns.keys()) or "none"
@@ -85,6 +91,18 @@ def _with_backgrounds(scene: Any) -> list[Any]:
     while found[-1].background_set is not None:
         found.append(found[-1].background_set)
     return found
+
+
+def notes_of(look: Look) -> tuple[Note, ...]:
+    """What a look changes in a render, and how the render becomes plain again."""
+    texts = []
+    if look.has_light:
+        texts.append("it is rendered under a light of the panel Look Under; choose As It Is there for its own lamps")
+    if look.exposure_stops:
+        brighter = "brighter" if look.exposure_stops > 0 else "darker"
+        stops = counted(abs(look.exposure_stops), "stop", form=".3g")
+        texts.append(f"it is {stops} {brighter} by the Exposure of the panel Look Under; set that to 0 for its own")
+    return tuple(Note("Look", text) for text in texts)
 
 
 def require_light(scene: Scene, settings: Any) -> None:
