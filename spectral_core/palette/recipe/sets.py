@@ -25,7 +25,7 @@ Set = tuple[int, ...]
 KEPT = 60
 """Sets of one size that grow by a colorant."""
 STEPS = 12
-"""Steps of each set: enough to compare sets; the best ones are optimized afterwards."""
+"""Steps of each set: enough to compare sets; the best ones are optimized to the end later."""
 WHITEST = 1 - 1e-9
 """Reflectance below which its slope by K/S is finite."""
 
