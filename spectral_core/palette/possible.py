@@ -7,20 +7,22 @@ change together. Requests that are not exact may be missed, and are ignored.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError, counted
-from spectral_core.palette.assemble.equations import ExactCells
+from spectral_core.palette.assemble.equations import Dyed, ExactCells
 from spectral_core.palette.cell import Cell, CellMode
 from spectral_core.palette.given import CellIndex, cell_index_of, sequence_of
+from spectral_core.palette.paint.fluorescence import dyed_colors
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.reachable import CellReach, NearestColor
 from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz, whitened
+from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.observer import observer
 from spectral_core.spectra.spectrum import Illuminant
 
@@ -48,6 +50,8 @@ class PossibleColors:
     reach: CellReach
     held: tuple[CellIndex, ...]
     open: tuple[CellIndex, ...]
+    dyes: Mapping[int, Sequence[FluorescentDye]] = field(default_factory=dict)
+    """Dyes of the materials, by their index."""
 
     def nearest(self, linear_rgb: ArrayLike) -> NearestColor:
         """The possible color that is nearest to a wanted one, linear sRGB (3,)."""
@@ -68,14 +72,16 @@ class PossibleColors:
         if cell not in self.held:
             raise InvalidInputError(f"cell {cell} is not among the exact cells that must hold, {list(self.held)}")
         released = self.problem.with_cell(cell, Cell.ignore())
-        return possible_colors(released, self.index, lights=self.lights).nearest(linear_rgb).delta_e_2000
+        return self._nearest_of(released, linear_rgb)
 
     def alone(self, linear_rgb: ArrayLike) -> float:
         """Remaining ΔE2000 to a wanted color if all other cells are released."""
-        viewer = observer(self.problem.observers[0])
-        light, bounds = self.lights[self.index[1]], self.problem.reflectance_bounds
-        reach = CellReach(light, self.problem.grid, scale=None, bounds=bounds, viewer=viewer)
-        return reach.nearest(linear_rgb).delta_e_2000
+        cells = {(i, j): Cell.ignore() for i, row in enumerate(self.problem.cells) for j in range(len(row))}
+        return self._nearest_of(self.problem.with_cells(cells), linear_rgb)
+
+    def _nearest_of(self, problem: PaletteProblem, linear_rgb: ArrayLike) -> float:
+        colors = possible_colors(problem, self.index, lights=self.lights, dyes=self.dyes)
+        return colors.nearest(linear_rgb).delta_e_2000
 
     def section(self, lightness: float, size: int = 64) -> NDArray[np.bool_]:
         """Possible colors of one L*, (size, size): b* upward in rows, a* in columns, ±SECTION_LIMIT.
@@ -94,7 +100,7 @@ class PossibleColors:
         return inside.reshape(size, size)
 
     def _extents(self) -> tuple[Array, Array]:
-        count = DIRECTIONS if self.held else MORE_DIRECTIONS
+        count = DIRECTIONS if self.held or self.dyes else MORE_DIRECTIONS
         z = 1 - (2 * np.arange(count) + 1) / count
         angle, around = np.pi * (1 + 5**0.5) * np.arange(count), np.sqrt(1 - z**2)
         # Even over the sphere after a transformation that makes the set round: displays have a set that is long along
@@ -114,7 +120,11 @@ def section_linear_rgb(lightness: float, size: int) -> Array:
 
 
 def possible_colors(
-    problem: PaletteProblem, index: CellIndex, *, lights: Sequence[Illuminant] | None = None
+    problem: PaletteProblem,
+    index: CellIndex,
+    *,
+    lights: Sequence[Illuminant] | None = None,
+    dyes: Mapping[int, Sequence[FluorescentDye]] | None = None,
 ) -> PossibleColors:
     """The colors that a cell can show.
 
@@ -123,10 +133,12 @@ def possible_colors(
     problem : the palette.
     index : (reflectance, light) of the cell.
     lights : spectra of the lights as they are now, for those that are designed; by default where designs start.
+    dyes : fluorescent dyes of each material, by its index; their amounts are designed, too.
 
     Raises
     ------
-    InvalidInputError : the material is measured, or the exact cells that it depends on contradict each other.
+    InvalidInputError : the material is measured, the exact cells that it depends on contradict each other, or there are
+        dyes although reflectances are not bounded by 0 and 1.
     """
     require_kind("the palette", problem, PaletteProblem)
     row, column = index = cell_index_of(index)
@@ -145,12 +157,24 @@ def possible_colors(
         )
     for each in spectra:
         require_kind("a light", each, Illuminant)
-    exact = ExactCells(problem, index, spectra)
+    dyes = {} if dyes is None else {each: tuple(own) for each, own in dyes.items() if own}
+    exact = ExactCells(problem, index, spectra, _dyed(problem, spectra, dyes))
     held = [equation for _, equation in exact.equations]
-    reach = CellReach.beside(problem.grid, exact.matrix, held, problem.reflectance_bounds)
+    reach = CellReach.beside(problem.grid, exact.matrix, held, problem.reflectance_bounds, exact.energy)
     open_cells = [(row, other) for other, cell in enumerate(problem.cells[row]) if other != column and _may_miss(cell)]
     owners = tuple(cell for cell, _ in exact.equations)
-    return PossibleColors(index, problem, tuple(spectra), reach, owners, tuple(open_cells))
+    return PossibleColors(index, problem, tuple(spectra), reach, owners, tuple(open_cells), dyes)
+
+
+def _dyed(
+    problem: PaletteProblem, lights: Sequence[Illuminant], dyes: Mapping[int, Sequence[FluorescentDye]]
+) -> dict[int, Dyed]:
+    if dyes and tuple(problem.reflectance_bounds) != (0.0, 1.0):
+        raise InvalidInputError(
+            f"reflectances are bounded by {problem.reflectance_bounds}; beside dyes they are from 0 to 1"
+        )
+    viewer = observer(problem.observers[0])
+    return {each: dyed_colors(lights, own, problem.grid, viewer) for each, own in dyes.items()}
 
 
 def _may_miss(cell: Cell) -> bool:

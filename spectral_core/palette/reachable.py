@@ -95,24 +95,35 @@ class CellReach:
         matrix = _rgb_rows(light, grid, scale, viewer)
         held = [equation_of(_rgb_rows(other, grid, scale, viewer), color_ends(color)) for other, color in exact]
         shown = [_rgb_rows(other, grid, scale, viewer) for other in follows]
-        self._prepare(grid, matrix, held + [equation_of(own - matrix, np.zeros(3), own) for own in shown], bounds)
+        self._prepare(grid, matrix, held + [equation_of(own - matrix, np.zeros(3), own) for own in shown], bounds, ())
 
     @classmethod
     def beside(
-        cls, grid: SpectralGrid, matrix: Array, held: Sequence[Equation], bounds: tuple[float, float] = (0.0, 1.0)
+        cls,
+        grid: SpectralGrid,
+        matrix: Array,
+        held: Sequence[Equation],
+        bounds: tuple[float, float] = (0.0, 1.0),
+        energy: Sequence[Equation] = (),
     ) -> Self:
         """The colors ``matrix`` (3, n) @ unknowns beside equations. The first of the n unknowns are the reflectance on
-        ``grid``; others are those of further materials. Raises InvalidInputError if the equations have no solution.
+        ``grid``; others are amounts of dyes, and those of further materials. ``energy``: equations that are no colors,
+        as that dyed materials return at most all light. Raises InvalidInputError if the equations have no solution.
         """
         found = object.__new__(cls)
-        found._prepare(grid, matrix, held, bounds)
+        found._prepare(grid, matrix, held, bounds, energy)
         return found
 
     def _prepare(
-        self, grid: SpectralGrid, matrix: Array, held: Sequence[Equation], bounds: tuple[float, float]
+        self,
+        grid: SpectralGrid,
+        matrix: Array,
+        held: Sequence[Equation],
+        bounds: tuple[float, float],
+        energy: Sequence[Equation],
     ) -> None:
-        self.grid, self.bounds, self.matrix = grid, bounds, matrix
-        self._limits = Limits(matrix.shape[1], bounds, held)
+        self.grid, self.bounds, self.matrix, self._held = grid, bounds, matrix, len(held)
+        self._limits = Limits(matrix.shape[1], bounds, [*held, *energy])
         self._programs = Programs(self._limits, grid.size)
         if len(held) and self._programs.any_point is None:
             colors = (
@@ -155,7 +166,7 @@ class CellReach:
         # Whitened, so that the ridge moves no color, also under a lamp of one line, whose colors are nearly a line.
         reflectance, _ = self._projected(whitened(self.matrix), target)
         color = self.matrix @ reflectance
-        slope = np.zeros(self._limits.count)
+        slope = np.zeros(self._held)
         reachable = bool(np.abs(color - target).max() <= EXACT)
         target_lab = lab_from_linear_rgb(target)
         lab = lab_from_linear_rgb(color)
@@ -168,9 +179,10 @@ class CellReach:
             color = self.matrix @ reflectance
             lab = lab_from_linear_rgb(color)
             # A multiplier is per unit of linear RGB; the Jacobian at the color converts it to ΔE.
-            held = (self._limits.shown @ reflectance).reshape(-1, 3)
+            held = (self._limits.shown @ reflectance).reshape(-1, 3)[: self._held]
             metrics = lab_jacobian_from_linear_rgb(held) if len(held) else np.empty((0, 3, 3))
-            per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(metrics, multipliers.reshape(-1, 3), strict=True)]
+            forces = multipliers.reshape(-1, 3)[: self._held]
+            per_delta_e = [np.linalg.solve(m.T, y) for m, y in zip(metrics, forces, strict=True)]
             slope = np.array([float(np.linalg.norm(vector)) for vector in per_delta_e])
             reachable = bool(np.abs(color - target).max() <= EXACT)
         own = reflectance[: self.grid.size]

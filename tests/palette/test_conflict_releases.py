@@ -50,6 +50,26 @@ def test_a_material_that_same_cells_make_black_names_all_of_them(count) -> None:
         assert after.delta_e_2000[conflict.cell] == pytest.approx(conflict.delta_e_without, abs=0.1)
 
 
+def test_a_soft_match_between_exact_ones_is_not_counted_as_exact() -> None:
+    """A release was said to leave ΔE 3.6, where 18.1 remained: the range of a soft match held as if it were exact."""
+    levels = {"Luxeon WW 2880": 2, "C": 3, "FL2": 6}
+    lights = [PaletteLight(normalized(illuminant(name), luminance=level)) for name, level in levels.items()]
+    box = (0.35, 0.08, 0.22), (0.6, 0.2, 0.44)
+    cells = (
+        (Cell.ignore(), Cell.same_as((2, 0)), Cell.constant((0, 1), exact=True)),
+        (Cell.ignore(), Cell.same_as((0, 2), box=box), Cell.ignore()),
+        (Cell.fixed((0.98, 0.58, 0.19)), Cell.ignore(), Cell.same_as((1, 1), exact=True)),
+    )
+    surfaces = tuple(PaletteReflectance(name) for name in "abc")
+    problem = PaletteProblem(design_grid(20), tuple(lights), surfaces, cells, smoothness=0.05)
+    solution = solve_palette(problem)
+    named = [each for each in solution.conflicts if each.relieved_by]
+    assert (1, 1) in {each.cell for each in named}
+    for conflict in named:
+        after = solve_palette(problem.with_cell(conflict.relieved_by[0], Cell.ignore()), explain=False)
+        assert after.delta_e_2000[conflict.cell] == pytest.approx(conflict.delta_e_without, abs=0.1)
+
+
 def test_one_exact_black_cell_is_named_alone() -> None:
     problem = palette_of(((Cell.black(exact=True), Cell.fixed((0.1, 0.3, 0.2))),), ("FL2", "D65"))
     (conflict,) = solve_palette(problem).conflicts

@@ -31,6 +31,17 @@ def test_a_black_light_is_noted(cell, white) -> None:
     assert ("required white" in noted[0]) == (white is not None)
 
 
+@pytest.mark.parametrize("cell", [Cell.ignore(), Cell.free(), Cell.fixed((0.2, 0.2, 0.2), weight=0), Cell.black()])
+def test_a_light_without_a_request_takes_no_descent(cell) -> None:
+    """One designed light over one material took hundreds of steps, to the end of the time budget, to become black."""
+    light = PaletteLight(normalized(illuminant("D65")).resampled(design_grid()), free=True)
+    problem = PaletteProblem(design_grid(), (light,), (PaletteReflectance("a"),), ((cell,),))
+    solution = solve_palette(problem)
+    assert solution.status == "solved"
+    assert solution.rounds < 10
+    assert cell.mode == "black" or solve_palette(with_spare_light(cell)).rounds < 10
+
+
 def test_a_light_that_is_needed_or_keeps_its_luminance_has_no_note() -> None:
     needed = solve_palette(with_spare_light(Cell.fixed((0.5, 0.1, 0.1)), white_xyz=WHITE_XYZ), seconds=0.3)
     held = solve_palette(with_spare_light(Cell.ignore(), white_xyz=WHITE_XYZ, luminance=2.0), seconds=0.3)

@@ -16,6 +16,7 @@ from spectral_core.spectra.color import display_rgb_from_linear
 from spectral_core.spectra.observer import linear_rgb_from_product
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 
+from ...translate.palette.paint import has_paint
 from ...translate.palette.problem import palette_problem
 from ...translate.palette.solution import store_cells, store_designed
 from ...translate.palette.table import paused
@@ -37,8 +38,7 @@ def search(scene: Scene, seed: int = 0) -> Callable[[], Found]:
     Raises InvalidInputError if nothing is free.
     """
     palette = scene.spectral.palette
-    if palette.use_tints or any(len(material.dyes) for material in palette.materials):
-        raise InvalidInputError("alternatives do not support tints and dyes; switch them off")
+    _require_plain(palette)
     problem, count = palette_problem(palette), palette.alternative_count
     locked = {}
     for row, material in enumerate(palette.materials):
@@ -52,6 +52,11 @@ def search(scene: Scene, seed: int = 0) -> Callable[[], Found]:
     return lambda: [
         {"asked": asked, **_told(each, uids)} for each in alternatives(problem, count=count, locked=locked, seed=seed)
     ]
+
+
+def _require_plain(palette: PropertyGroup) -> None:
+    if has_paint(palette):
+        raise InvalidInputError("alternatives do not support tints and dyes; switch them off")
 
 
 def _asked(palette: PropertyGroup) -> str:
@@ -113,13 +118,15 @@ def store(scene: Scene, found: Found) -> None:
 def take(scene: Scene, index: int) -> None:
     """Make an alternative the palette's solution: spectra, and the colors and errors of the cells.
 
-    Raises InvalidInputError if there is none of this number, or if it answers another table.
+    Raises InvalidInputError if there is none of this number, if it answers another table, or if this one has tints or
+    dyes by now.
     """
     palette = scene.spectral.palette
     if not 0 <= index < len(palette.alternatives):
         raise InvalidInputError(
             f"there is no alternative {index}; there are {len(palette.alternatives)}, counted from 0"
         )
+    _require_plain(palette)
     answer = palette.alternatives[index]
     if answer.asked != _asked(palette):
         raise InvalidInputError("the table has changed since this alternative was found; press Find Alternatives again")

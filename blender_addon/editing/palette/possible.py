@@ -19,6 +19,7 @@ from spectral_core.palette.reachable import NearestColor
 from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
 from spectral_core.spectra.spectrum import Illuminant
 
+from ...translate.palette.paint import Dyes, dyes_of, paint_of
 from ...translate.palette.problem import palette_problem
 from ...translate.palette.table import active_cell
 from ...translate.spectra.stored import spectrum_of
@@ -38,7 +39,7 @@ _pictures: dict[int, NDArray[np.float32]] = {}
 @dataclass(frozen=True)
 class Question:
     """The question, read from the properties, so that a thread can answer. ``spectra``: of the lights as solved;
-    ``materials``, ``lights``: names of the rows and columns.
+    ``materials``, ``lights``: names of the rows and columns; ``dyes``: wavelengths of the dyes of each row.
     """
 
     problem: PaletteProblem
@@ -48,6 +49,7 @@ class Question:
     uids: tuple[int, int]
     materials: tuple[str, ...]
     lights: tuple[str, ...]
+    dyes: Dyes = ()
 
 
 @dataclass(frozen=True)
@@ -66,8 +68,9 @@ def question_of(palette: PropertyGroup) -> Question:
     cell = palette.materials[row].cells[column]
     wanted = _wanted(cell)
     uids = palette.materials[row].uid, palette.lights[column].uid
-    names = (tuple(each.name for each in entries) for entries in (palette.materials, palette.lights))
-    return Question(palette_problem(palette), (row, column), solved_lights(palette), wanted, uids, *names)
+    materials, lights = (tuple(each.name for each in entries) for entries in (palette.materials, palette.lights))
+    place, spectra, dyes = (row, column), solved_lights(palette), paint_of(palette)[1]
+    return Question(palette_problem(palette), place, spectra, wanted, uids, materials, lights, dyes)
 
 
 def _wanted(cell: PropertyGroup) -> NDArray[np.float64]:
@@ -81,7 +84,8 @@ def _wanted(cell: PropertyGroup) -> NDArray[np.float64]:
 
 def answered(question: Question) -> Answer:
     """The answer; reads nothing from Blender. Raises InvalidInputError if there is none."""
-    colors = possible_colors(question.problem, question.place, lights=question.spectra)
+    dyes = dyes_of(dict(enumerate(question.dyes)))
+    colors = possible_colors(question.problem, question.place, lights=question.spectra, dyes=dyes)
     found = colors.nearest(question.wanted)
     words = "\n".join(_words(question, colors, found))
     return Answer(question, found, words, _picture(colors, question.wanted, found))

@@ -12,7 +12,7 @@ from bpy.types import PropertyGroup, Scene
 from spectral_core.errors import SpectralError
 from spectral_core.palette import PaletteProblem, PaletteSolution, PaletteStatus
 
-from ...translate.palette.paint import solver_of
+from ...translate.palette.paint import Paint, paint_of, solver_of
 from ...translate.palette.problem import palette_problem, takes_seconds
 from ...translate.palette.solution import store_solution
 from ...translate.palette.table import paused
@@ -37,6 +37,8 @@ class Solve:
     """Writes into the table what the solution does not hold, such as amounts of dyes."""
     entries: tuple[int, ...] = ()
     """Lasting numbers of the rows and columns, in their order."""
+    paint: Paint = (None, ())
+    """Tints and dyes of the table, which the problem does not hold."""
 
     def answer(self) -> PaletteSolution | str:
         """The solution, or a text on why there is none."""
@@ -52,7 +54,9 @@ class Solve:
 MOST_FINISHED = 64
 """Finished solutions that are kept for undo and redo."""
 _finished: OrderedDict[tuple[Any, ...], Solve] = OrderedDict()
-"""The latest finished solutions, by scene, lasting numbers of the entries, and fingerprint of the problem."""
+"""The latest finished solutions, by scene, lasting numbers of the entries, tints and dyes, and fingerprint of the
+problem.
+"""
 
 
 def button_solve(scene: Scene) -> Solve | None:
@@ -110,13 +114,13 @@ def known_solve(scene: Scene) -> Solve | None:
 
 
 def _key(scene: Scene, solve: Solve) -> tuple[Any, ...]:
-    return scene.session_uid, solve.entries, fingerprint(solve.problem)
+    return scene.session_uid, solve.entries, solve.paint, fingerprint(solve.problem)
 
 
 def _read(scene: Scene, solve: Callable[[PaletteProblem], Solve]) -> Solve | None:
     palette = scene.spectral.palette
     try:
-        return replace(solve(palette_problem(palette)), entries=_entries(palette))
+        return replace(solve(palette_problem(palette)), entries=_entries(palette), paint=paint_of(palette))
     except SpectralError as error:
         palette.message, palette.is_stale = str(error), True
         return None
@@ -142,7 +146,7 @@ def keep(
     except SpectralError as error:
         palette.message, palette.is_stale = str(error), True
         return None
-    is_current = now is solve.problem or same_problem(solve.problem, now)
+    is_current = now is solve.problem or (same_problem(solve.problem, now) and solve.paint == paint_of(palette))
     if isinstance(answer, str):
         palette.message, palette.is_stale = answer, True
         return None

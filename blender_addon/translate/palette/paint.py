@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from bpy.types import PropertyGroup
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteProblem, PaletteSolution
+
+if TYPE_CHECKING:
+    from spectral_core.spectra.fluorescence import FluorescentDye
 
 MARGIN_NM = 10.0
 """Distance of a dye's wavelength from the first one of the table, so that its light counts."""
@@ -22,6 +26,33 @@ class TableSolver:
     solve: Callable[[PaletteProblem, PaletteSolution | None], PaletteSolution]
     """From a problem, and an earlier solution to continue from or None, to a solution."""
     store: Callable[[PropertyGroup], None] = lambda _palette: None
+
+
+Dyes = tuple[tuple[tuple[float, float], ...], ...]
+"""Wavelengths around which the dyes of each row absorb and emit."""
+Paint = tuple[float | None, Dyes]
+"""Weight of tints, None without them, and the dyes."""
+
+
+def paint_of(palette: PropertyGroup) -> Paint:
+    """What a solution depends on beside the problem: tables that differ in it have different solutions."""
+    dyes = tuple(tuple((dye.excitation_nm, dye.emission_nm) for dye in material.dyes) for material in palette.materials)
+    return (palette.tint_weight if palette.use_tints else None), dyes
+
+
+def has_paint(palette: PropertyGroup) -> bool:
+    """True if the table has tints or dyes."""
+    return bool(palette.use_tints or any(len(material.dyes) for material in palette.materials))
+
+
+def dyes_of(peaks: Mapping[int, Sequence[tuple[float, float]]]) -> dict[int, list[FluorescentDye]]:
+    """Dyes of each row from the wavelengths around which they absorb and emit."""
+    from spectral_core.spectra.fluorescence import FluorescentDye
+
+    return {
+        row: [FluorescentDye.gaussian(f"dye {low:.0f} to {high:.0f} nm", low, high) for low, high in pairs]
+        for row, pairs in peaks.items()
+    }
 
 
 def solver_of(palette: PropertyGroup) -> TableSolver:
@@ -45,16 +76,12 @@ def _fluorescent(dyed: dict[int, PropertyGroup], lowest_nm: float) -> TableSolve
     """``lowest_nm``: least wavelength from which a table can design."""
     from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
     from spectral_core.palette.paint.fluorescent_report import palette_solution
-    from spectral_core.spectra.fluorescence import FluorescentDye
 
     peaks = {row: [(dye.excitation_nm, dye.emission_nm) for dye in group] for row, group in dyed.items()}
     amounts: dict[int, list[float]] = {}
 
     def solve(problem: PaletteProblem, before: PaletteSolution | None) -> PaletteSolution:
-        dyes = {
-            row: [FluorescentDye.gaussian(f"dye {low:.0f} to {high:.0f} nm", low, high) for low, high in pairs]
-            for row, pairs in peaks.items()
-        }
+        dyes = dyes_of(peaks)
         least = min(low for pairs in peaks.values() for low, _ in pairs)
         if problem.grid.wavelengths_nm[0] > least - MARGIN_NM:
             remedy = f"under Design, begin at {max(least - 2 * MARGIN_NM, lowest_nm):.0f} nm"

@@ -15,6 +15,7 @@ from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectanc
 from ...properties.palette_cell import BOXED, REFERRING
 from ..context import finite
 from ..spectra.stored import spectrum_of
+from .paint import has_paint
 from .settings import settings_of
 from .table import places, references
 
@@ -37,8 +38,7 @@ def takes_seconds(palette: PropertyGroup) -> bool:
     lamps = any(len(light.variants) for light in palette.lights if light.design == "MEASURED")
     several = lamps or bool(palette.observers - {STANDARD})  # the standard one always counts
     distinct = any(cell.mode == "DISTINCT" and cell.weight > 0 for _, cell in places(palette))
-    paint = palette.use_tints or any(len(material.dyes) for material in palette.materials)
-    return distinct or paint or (palette.robustness == "worst_case" and several)
+    return distinct or has_paint(palette) or (palette.robustness == "worst_case" and several)
 
 
 def _illuminant(holder: PropertyGroup, luminance: float, name: str) -> Illuminant:

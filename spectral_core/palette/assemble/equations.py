@@ -2,12 +2,13 @@
 """The exact cells around one cell, as equations in the reflectances of its material and of those that it depends on.
 
 An exact cell that takes its color from another one requires that both are equal, not that they keep their present
-color. So materials whose cells are exactly equal are unknown together.
+color. So materials whose cells are exactly equal are unknown together. The unknowns of a material are its reflectance
+and, if it has fluorescent dyes, their amounts.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,18 @@ def equation_of(rows: Array, color: Array, shown: Array | None = None) -> Equati
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Dyed:
+    """The dyes of a material, as unknowns from 0 to 1: shares of the largest amount that each can have alone.
+
+    ``colors``: (L, 3, k), linear RGB of that amount under each light. ``returned``: (n, k), share of the light at each
+    sample that it returns at most.
+    """
+
+    colors: Array
+    returned: Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class _Shared:
     """Exact cells that share one color: ``color`` (3,) where one of them has a given one, else None."""
 
@@ -51,13 +64,20 @@ class _Shared:
 class ExactCells:
     """Equations of the exact cells beside cell ``index``, whose own request does not count.
 
-    ``lights``: the spectra of the columns. ``matrix`` (3, n): from the unknowns, of which the first are the reflectance
-    of the cell's material, to the color of the cell. ``equations``: by the cells whose requests they are, the cells of
-    the same material first.
+    ``lights``: the spectra of the columns. ``dyed``: the dyes of each material that has some. ``matrix`` (3, n): from
+    the unknowns, of which the first are the reflectance of the cell's material, to the color of the cell.
+    ``equations``: by the cells whose requests they are, the cells of the same material first. ``energy``: those of
+    dyed materials, which return at most all light.
     """
 
-    def __init__(self, problem: PaletteProblem, index: CellIndex, lights: Sequence[Illuminant]) -> None:
-        self._index = index
+    def __init__(
+        self,
+        problem: PaletteProblem,
+        index: CellIndex,
+        lights: Sequence[Illuminant],
+        dyed: Mapping[int, Dyed] | None = None,
+    ) -> None:
+        self._index, self._dyed = index, dyed or {}
         self._problem = problem = problem.with_cell(index, Cell.ignore())
         self._kernel = color_kernel(problem.grid, problem.observers[:1])
         self._seen = [self._kernel.matrix_of(light)[0] for light in lights]
@@ -72,6 +92,7 @@ class ExactCells:
         self.matrix = self._matrix(index)
         found = [*self._of_colors(), *self._of_links()]
         self.equations = sorted(found, key=lambda each: each[0][0] != index[0])
+        self.energy = [each for row in self._rows if row in self._dyed for each in self._of_energy(row)]
 
     def _known(self, cell: CellIndex, lights: Sequence[Illuminant]) -> Array | None:
         surface = self._problem.reflectances[cell[0]].spectrum
@@ -93,20 +114,41 @@ class ExactCells:
 
     def _matters(self, members: tuple[CellIndex, ...], cell: CellIndex, rows: list[int]) -> bool:
         """True if a material restricts the shared color: not if no more than this is exact about it, and another one
-        that is unknown shows the color under the same light; then it can have the reflectance of that one.
+        that is unknown, and has no dyes, shows the color under the same light; then it can have the reflectance of that
+        one.
         """
         if not any(i in rows for i, _ in members):
             return False
         about = [at for at in self._given if at[0] == cell[0]]
         about += [at for shared in self._shared for at in shared.members if at[0] == cell[0]]
-        return len(about) > 1 or not any(i in rows and j == cell[1] for i, j in members)
+        return len(about) > 1 or not any(i in rows and j == cell[1] and i not in self._dyed for i, j in members)
+
+    def _begin(self, row: int) -> tuple[int, int]:
+        """Number of the first unknown of a material, and the count of all unknowns."""
+        sizes = [
+            self._problem.grid.size + (self._dyed[each].returned.shape[1] if each in self._dyed else 0)
+            for each in self._rows
+        ]
+        return sum(sizes[: self._rows.index(row)]), sum(sizes)
 
     def _matrix(self, cell: CellIndex) -> Array:
-        size = self._problem.grid.size
-        found = np.zeros((3, size * len(self._rows)))
-        begin = size * self._rows.index(cell[0])
-        found[:, begin : begin + size] = self._seen[cell[1]]
+        begin, size = self._begin(cell[0])
+        found = np.zeros((3, size))
+        own = self._seen[cell[1]]
+        if cell[0] in self._dyed:
+            own = np.concatenate([own, self._dyed[cell[0]].colors[cell[1]]], axis=1)
+        found[:, begin : begin + own.shape[1]] = own
         return found
+
+    def _of_energy(self, row: int) -> Iterator[Equation]:
+        """Reflectance and dyes together return at most all light, at three samples in each equation."""
+        begin, size = self._begin(row)
+        returned = self._dyed[row].returned
+        rows = np.zeros((len(returned), size))
+        rows[:, begin : begin + len(returned)] = np.eye(len(returned))
+        rows[:, begin + len(returned) : begin + sum(returned.shape)] = returned
+        for samples in np.arange(3 * -(-len(rows) // 3)).clip(max=len(rows) - 1).reshape(-1, 3):
+            yield Equation(rows[samples], np.array([[-np.inf], [1.0]]) + np.zeros(3), rows[samples])
 
     def _of_colors(self) -> Iterator[tuple[CellIndex, Equation]]:
         for cell, color in self._given.items():

@@ -13,11 +13,13 @@ from time import perf_counter, thread_time
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import Assembled, Assembler
 from spectral_core.palette.assemble.state import PaletteState
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.design.decided import Decision, decided
 from spectral_core.palette.design.orthogonal import CHANGES, LIVE, THOROUGH, refined
+from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.qp.answer import Answer
 from spectral_core.palette.qp.block import RowKey
 from spectral_core.palette.qp.engine import Engine
@@ -202,12 +204,27 @@ class Rounds:
         assembled, answer = self.trace.sides[side]
         return state.with_values(side, dict(zip(assembled.items, answer.values, strict=True)))
 
+    def ended(self) -> bool:
+        """True if no descent of both sides together can help: no request needs both, or nothing is left to lower."""
+        is_zero = all(fall + least <= ROUNDING for fall, least in self._moves.values())
+        return is_zero or are_apart(self.assembler.problem, self.assembler.requests)
+
     def settled(self, state: PaletteState, *, perceptual: bool = False) -> bool:
         """True if the last round changed nothing, and the joint check agrees."""
         if not all(is_nothing(*move) for move in self._moves.values()):
             return False
         self.check(state, perceptual=perceptual)
         return self.trace.settled
+
+
+def are_apart(problem: PaletteProblem, requests: Requests) -> bool:
+    """True if no request depends on a designed light and on a designed reflectance: each side is then best alone."""
+    cells = [(target.cell,) for target in requests.targets]
+    for members in (*cells, *(group.members for group in requests.groups)):
+        lit = any(problem.lights[j].free for _, j in members)
+        if lit and any(problem.reflectances[i].free for i, _ in members):
+            return False
+    return True
 
 
 def is_nothing(fall: float, least: float) -> bool:

@@ -75,7 +75,7 @@ def designed(rounds: Rounds, state: PaletteState, budget: Budget, *, race: bool)
     took, checked = 0.0, False
     for number in range(1, most + 1):
         metric = perceptual and number > LEAD
-        if both and number > LEAD:
+        if both and number > LEAD and not rounds.ended():
             budget.reserved = min(LAST_ROUNDS * took, MOST_RESERVED * budget.seconds)
             state = improved(rounds, state, budget, perceptual=metric, race=race and number == LEAD + 1)
             budget.reserved = 0.0
@@ -171,7 +171,7 @@ def _sharpened(rounds: Rounds, state: PaletteState, budget: Budget, took: float,
     other along a valley, and each such step along it is short: there both sides descend together, once, before they are
     solved again. What helps neither side is undone.
     """
-    trace, descends = rounds.trace, True
+    trace, descends = rounds.trace, not rounds.ended()
     for _ in range(SHARPENINGS):
         if not trace.settled or not trace.joint.passed or trace.gain <= SETTLED or budget.left <= LAST_ROUNDS * took:
             break

@@ -4,7 +4,8 @@
 A prediction from multipliers holds the active bounds fixed. Where all samples of a spectrum are at a bound, as those of
 a material that must be black, it predicts no change at all. Here the spectra that share a request with the missed cell
 are solved again, without each of their other cells, and without several of them. The other side is held as solved, and
-exact cells that can hold have a large weight: an answer with exact black cells takes ten times as long.
+exact cells that can hold have a large weight: an answer with exact black cells takes ten times as long. What is found
+so is solved once more with exact cells.
 """
 
 from __future__ import annotations
@@ -22,18 +23,18 @@ from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.design.rounds import Rounds, SolveTrace
-from spectral_core.palette.problem import (
-    Cell,
-    CellIndex,
-    CellMode,
-    PaletteLight,
-    PaletteProblem,
-    PaletteReflectance,
+from spectral_core.palette.explain.parts import (
+    heavy_weight,
+    held_problem,
+    lines_of,
+    linked_lines,
+    placed,
+    with_weights,
 )
+from spectral_core.palette.problem import Cell, CellIndex, CellMode, PaletteProblem
 from spectral_core.palette.qp.elastic import within
 from spectral_core.palette.report import state_errors
 from spectral_core.palette.solution import PaletteSolution, PaletteStatus
-from spectral_core.spectra.spectrum import Illuminant, Reflectance
 
 Array = NDArray[np.float64]
 
@@ -45,8 +46,6 @@ PERCEPTUAL_ROUNDS = 3
 """Rounds after the linear one if errors count in CIELAB, which is linearized anew in each."""
 ENOUGH = 0.5
 """Share of the possible relief from which a release counts."""
-EXACT_WEIGHT = 100.0
-"""Weight in place of exactness, relative to the largest of the other weights."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,8 +80,10 @@ class ReleaseSearch:
         """
         part = self._part(cell)
         for other in expected[:MOST_CONFIRMED]:
-            left = np.inf if part is None or other not in part.others else part.error(cell, (other,))
-            if left < self._share * error:
+            if part is None or other not in part.others:
+                continue
+            left = part.error(cell, (other,))
+            if left < self._share * error and (left := part.exactly(cell, (other,))) < self._share * error:
                 return Releases((other, *(each for each in expected if each != other)), (), left)
         return None
 
@@ -109,16 +110,18 @@ class ReleaseSearch:
             return None
         enough = min(max(least, error - ENOUGH * (error - least)), self._share * error)
         after = [(part.error(cell, (other,)), other) for other in others]
-        alone = sorted(each for each in after if each[0] <= enough)
-        if alone:
-            return Releases(tuple(other for _, other in alone), (), alone[0][0])
+        alone = [other for _, other in sorted(each for each in after if each[0] <= enough)]
+        for other in alone[:MOST_CONFIRMED]:
+            if (left := part.exactly(cell, (other,))) < self._share * error:
+                return Releases((other, *(each for each in alone if each != other)), (), left)
         # Deletion filter: a cell stays released only if the others alone do not relieve the missed one.
         released = list(others)
         for other in others:
             fewer = [each for each in released if each != other]
             if part.error(cell, fewer) <= enough:
                 released = fewer
-        return Releases((), tuple(released), part.error(cell, released))
+        left = part.exactly(cell, released)
+        return Releases((), tuple(released), left) if left < self._share * error else Releases((), (), error)
 
     def _part(self, cell: CellIndex) -> _Part | None:
         axis = 0 if self._solution.problem.reflectances[cell[0]].free else 1
@@ -144,7 +147,9 @@ class _Part:
     """Weights of all other cells: with them, those of the part are capped and scaled as in the whole palette."""
     rows_elsewhere: Array
     """Squared weights of their soft rows, to whose median those of exact cells that cannot hold are relative."""
-    _errors: dict[frozenset[CellIndex], Array] = field(default_factory=dict)
+    heavy: float | None
+    """Weight in place of exactness; None if exact cells cannot all hold."""
+    _errors: dict[tuple[frozenset[CellIndex], float | None], Array] = field(default_factory=dict)
 
     @classmethod
     def around(cls, solution: PaletteSolution, requests: Requests, cell: CellIndex, axis: int) -> _Part | None:
@@ -152,10 +157,11 @@ class _Part:
         problem, line = solution.problem, cell[axis]
         if axis == 1 and not problem.lights[line].free:
             return None
-        held = _held(solution, axis)
+        held = held_problem(solution, axis)
+        heavy = None if solution.status is PaletteStatus.EXACT_CONFLICT else heavy_weight(problem)
         if held is None:
             return None
-        lines = _linked(requests, line, axis)
+        lines = linked_lines(requests, line, axis)
         groups = [group.members for group in requests.groups]
         near = {each for members in groups if any(member[axis] == line for member in members) for each in members}
         asked = [(i, j) for i, row in enumerate(held.cells) for j, each in enumerate(row) if _asks(each)]
@@ -170,7 +176,7 @@ class _Part:
         record = {} if solution.state is None else solution.state.record or {}
         side = record.get("reflectances" if axis == 0 else "lights")
         rows = np.zeros(0) if side is None else _rows_elsewhere(side[0], lines, axis)
-        return cls(_lines_of(held, lines, axis), others, linked, lines, axis, rest, rows)
+        return cls(lines_of(held, lines, axis), others, linked, lines, axis, rest, rows, heavy)
 
     @property
     def samples(self) -> int:
@@ -184,17 +190,33 @@ class _Part:
 
     def error(self, cell: CellIndex, released: Collection[CellIndex]) -> float:
         """ΔE2000 of a cell after a solve without others; 0 if nothing is asked of it any more."""
-        key = frozenset(released)
+        return self._error(cell, released, self.heavy)
+
+    def exactly(self, cell: CellIndex, released: Collection[CellIndex]) -> float:
+        """``error`` with exact cells that hold to all digits, which takes longer: where lights hardly show a difference
+        by itself, a weight in place of exactness leaves a color that exact cells exclude.
+        """
+        return self._error(cell, released, None)
+
+    def _error(self, cell: CellIndex, released: Collection[CellIndex], heavy: float | None) -> float:
+        held = [at for at in self.linked if at not in released and self._is_exact(at)]
+        key = frozenset(released), heavy if held else None
         if key not in self._errors:
-            self._errors[key] = self._solved([_placed(each, self.lines, self.axis) for each in released])
-        error = float(self._errors[key][_placed(cell, self.lines, self.axis)])
+            self._errors[key] = self._solved([placed(each, self.lines, self.axis) for each in released], heavy)
+        error = float(self._errors[key][placed(cell, self.lines, self.axis)])
         return 0.0 if np.isnan(error) else error
 
-    def _solved(self, released: Sequence[CellIndex]) -> Array:
+    def _is_exact(self, cell: CellIndex) -> bool:
+        i, j = placed(cell, self.lines, self.axis)
+        return self.problem.cells[i][j].exact
+
+    def _solved(self, released: Sequence[CellIndex], heavy: float | None) -> Array:
         problem = self.problem.with_cells(dict.fromkeys(released, Cell.ignore()))
         requests = compiled_requests(problem, self.cells_elsewhere)
+        if heavy is not None:
+            requests = with_weights(requests, heavy / requests.weight_scale)
         elsewhere = self.rows_elsewhere / requests.weight_scale**2
-        rounds = Rounds(_PartAssembler(problem, requests, elsewhere), SolveTrace(), quick=True)
+        rounds = Rounds(_PartAssembler(problem, requests, elsewhere), SolveTrace(), quick=heavy is not None)
         state = rounds.round(self._start)
         for _ in range(PERCEPTUAL_ROUNDS if problem.match == "perceptual" else 0):
             state = rounds.round(state, perceptual=True)
@@ -226,64 +248,3 @@ def _rows_elsewhere(whole: Assembled, lines: Collection[int], axis: int) -> Arra
 def _asks(cell: Cell) -> bool:
     """True if a cell has a request that a solve of one side counts."""
     return cell.mode not in (CellMode.IGNORE, CellMode.DISTINCT) and (cell.weight > 0 or cell.exact)
-
-
-def _held(solution: PaletteSolution, axis: int) -> PaletteProblem | None:
-    """The problem with the other side's designed spectra as measured ones; None if they are unphysical."""
-    problem = solution.problem
-    largest = max((cell.weight for row in problem.cells for cell in row if not cell.exact), default=0.0) or 1.0
-
-    can_hold = solution.status is not PaletteStatus.EXACT_CONFLICT
-
-    def held(cell: Cell) -> Cell:
-        if cell.mode is CellMode.DISTINCT:  # searched for seconds, after everything else is met
-            return Cell.ignore()
-        return replace(cell, exact=False, weight=EXACT_WEIGHT * largest) if cell.exact and can_hold else cell
-
-    cells = tuple(tuple(map(held, row)) for row in problem.cells)
-    problem = replace(problem, cells=cells, scale_lights=False)
-    if axis == 0:
-        lights = []
-        for light, found in zip(problem.lights, solution.illuminants, strict=True):
-            if not isinstance(found, Illuminant):
-                return None
-            lights.append(PaletteLight(found, variants=light.variants))
-        return replace(problem, lights=tuple(lights))
-    surfaces = []
-    for item, spectrum in zip(problem.reflectances, solution.reflectances, strict=True):
-        if not isinstance(spectrum, Reflectance):
-            return None
-        surfaces.append(PaletteReflectance(item.name, spectrum))
-    return replace(problem, reflectances=tuple(surfaces))
-
-
-def _linked(requests: Requests, line: int, axis: int) -> tuple[int, ...]:
-    """The rows or columns that groups of equal colors link to one, itself included."""
-    linked, grows = {line}, True
-    while grows:
-        lines = [{member[axis] for member in group.members} for group in requests.groups]
-        more = linked.union(*(each for each in lines if each & linked))
-        linked, grows = more, len(more) > len(linked)
-    return tuple(sorted(linked))
-
-
-def _lines_of(problem: PaletteProblem, lines: Sequence[int], axis: int) -> PaletteProblem:
-    """Some rows or columns of a problem; references into the other ones end."""
-    number = {line: k for k, line in enumerate(lines)}
-
-    def kept(cell: Cell) -> Cell:
-        others = tuple(_placed(other, lines, axis) for other in cell.others if other[axis] in number)
-        if len(others) < len(cell.others):  # without weight, so that it links nothing
-            return Cell.ignore()
-        return replace(cell, others=others)
-
-    if axis == 0:
-        cells = tuple(tuple(kept(cell) for cell in problem.cells[line]) for line in lines)
-        return replace(problem, reflectances=tuple(problem.reflectances[line] for line in lines), cells=cells)
-    cells = tuple(tuple(kept(row[line]) for line in lines) for row in problem.cells)
-    return replace(problem, lights=tuple(problem.lights[line] for line in lines), cells=cells)
-
-
-def _placed(cell: CellIndex, lines: Sequence[int], axis: int) -> CellIndex:
-    """The place of a cell of the whole palette in the part."""
-    return (lines.index(cell[0]), cell[1]) if axis == 0 else (cell[0], lines.index(cell[1]))

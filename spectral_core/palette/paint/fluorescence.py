@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range, require_text
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.assemble.equations import Dyed
 from spectral_core.palette.cell import LARGEST
 from spectral_core.palette.given import sequence_of
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -100,6 +101,18 @@ def color_from_surface(
     """Criterion block for the surface side: (3, n + k), linear RGB from reflectance values and amounts of dyes."""
     emitted = [dye.emitted_rgb(viewer) * dye.absorbed_power(light, grid) for dye in dyes]
     return np.concatenate([linear_rgb_from_product(light, grid, viewer), *(e[:, None] for e in emitted)], axis=1)
+
+
+def dyed_colors(
+    lights: Sequence[Spectrum], dyes: Sequence[FluorescentDye], grid: SpectralGrid, viewer: Observer | None = None
+) -> Dyed:
+    """Colors of the dyes of a surface under lights, each with the largest amount that it can have alone."""
+    returned = share_between_knots(dyes, grid.wavelengths_nm)
+    most = returned.max(axis=0)
+    # A dye that absorbs outside of the grid shows nothing, whatever its amount.
+    amounts = np.where(most > 0, 1.0 / np.where(most > 0, most, 1.0), 0.0)
+    colors = [color_from_surface(light, dyes, grid, viewer)[:, grid.size :] for light in lights]
+    return Dyed(np.stack(colors) * amounts, returned * amounts)
 
 
 def color_from_light(surface: FluorescentSurface, grid: SpectralGrid, viewer: Observer | None = None) -> Array:

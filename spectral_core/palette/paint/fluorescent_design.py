@@ -128,7 +128,7 @@ def solve_fluorescent(
             rounds += descended(design, budget)
             budget.reserved = 0.0
         before = budget.left
-        gains = [design.half_round(side) for side in sides]
+        gains = [design.half_round(side, thorough=len(sides) < 2) for side in sides]
         took = max(before - budget.left, took / 2)
         if len(sides) < 2 or budget.left <= took:  # the joint check takes as long as a round
             break

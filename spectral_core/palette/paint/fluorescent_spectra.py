@@ -19,6 +19,7 @@ from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import COLOR_NORM
 from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.design.decided import Decision, decided
+from spectral_core.palette.design.orthogonal import refined
 from spectral_core.palette.design.rounds import is_nothing
 from spectral_core.palette.paint.fluorescence import FluorescentSurface
 from spectral_core.palette.paint.fluorescent_colors import FluorescentColors
@@ -70,10 +71,13 @@ class FluorescentSpectra:
             lights[item].require_grid(self.problem.grid)
             self.lights[item] = lights[item].values
 
-    def half_round(self, side: Side) -> tuple[float, float]:
-        """Solve one side: by how much its sum of squares fell, and its new value."""
+    def half_round(self, side: Side, *, thorough: bool = False) -> tuple[float, float]:
+        """Solve one side: by how much its sum of squares fell, and its new value. ``thorough``: with its last digits,
+        which hold the smoothness where all colors are met.
+        """
         quadratic = self.assembled(side)
         answer = self._answered(side, quadratic)
+        answer = refined(quadratic, answer) if thorough else answer
         gained = _gain(quadratic, self._values(side), answer)
         for item, values in zip(self.free_items(side), answer.values, strict=True):
             if side == "lights":

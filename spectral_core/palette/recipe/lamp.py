@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,10 +15,12 @@ from scipy.optimize import linprog, minimize
 from spectral_core.checks import frozen_array, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError, counted
 from spectral_core.palette.given import require_each, sequence_of
+from spectral_core.palette.recipe.channels import combinations_of
 from spectral_core.palette.recipe.fidelity import FidelityReference
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
 from spectral_core.palette.recipe.white import (
     LAMP_GRID,
+    RANGE_K,
     RenderingReference,
     cct_and_duv,
     color_rendering_index,
@@ -34,14 +35,10 @@ from spectral_core.spectra.spectrum import Illuminant
 
 Array = NDArray[np.float64]
 
-MOST_SETS_OF_A_SIZE = 13_000
-"""All sets of one size of 16 channels."""
 MARGIN = 0.05
 """Shortfall of an index that still counts as met: less than its printed digit."""
 SOFTNESS = 0.5
 """Indices within this distance of the worst one are raised together with it."""
-TRIED_SETS_OF_A_SIZE = 12
-"""Sets of one size that are optimized, the broadest spectra first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,21 +184,22 @@ def lamp_recipe(
 
 
 def _whites(cct_k: float, duv: float, quality: LampQuality) -> list[Array]:
-    """The wanted white, then whites slightly inside the ends of its tolerance."""
+    """The wanted white, then whites slightly inside the ends of its tolerance, where these have a color temperature."""
     require_range("color temperature", cct_k, 1_500, 20_000, " K")
     require_range("Duv", duv, -0.02, 0.02)
     around = {(0.0, 0.0)}
     if quality.cct_tolerance_k or quality.duv_tolerance:
         around |= {(-0.95, 0.0), (0.95, 0.0), (0.0, -0.95), (0.0, 0.95)}
     ordered = sorted(around, key=lambda step: abs(step[0]) + abs(step[1]))
-    return [white_xyz(cct_k + t * quality.cct_tolerance_k, duv + d * quality.duv_tolerance) for t, d in ordered]
+    whites = [(cct_k + t * quality.cct_tolerance_k, duv + d * quality.duv_tolerance) for t, d in ordered]
+    return [white_xyz(kelvin, tint) for kelvin, tint in whites if kelvin > RANGE_K[0]]
 
 
 def _best_mix(spds: Array, white: Array, quality: LampQuality, most: int) -> tuple[float, Array] | None:
     """Least margin and drives (k,) of the first set of channels that meets all requests, or of the best."""
     kelvin = round(cct_and_duv(white)[0], 1)
     best: tuple[float, Array] | None = None
-    for chosen in _combinations(spds, white, most):
+    for chosen in combinations_of(spds, white, most, lambda drives: min(quality.margins(drives @ spds, kelvin))):
         drives = _optimized(spds[list(chosen)], white, quality, kelvin)
         if drives is None:
             continue
@@ -213,29 +211,6 @@ def _best_mix(spds: Array, white: Array, quality: LampQuality, most: int) -> tup
         if margin >= 0:
             break
     return best
-
-
-def _combinations(spds: Array, wanted: Array, most: int) -> list[tuple[int, ...]]:
-    """Sets of channels that reach the white, the smallest first; of one size, the widest range first."""
-    matrix = spds @ xyz_from_spd().T
-    kept: list[tuple[int, ...]] = []
-    for size in range(3, most + 1):
-        found: list[tuple[float, tuple[int, ...]]] = []
-        for chosen in itertools.islice(itertools.combinations(range(len(spds)), size), MOST_SETS_OF_A_SIZE):
-            part = spds[list(chosen)]
-            # A broad spectrum renders colors well: the mean overlap with equal energy orders the sets of one size.
-            found.append((-float(np.sqrt((part / part.max(axis=1, keepdims=True)).max(axis=0)).mean()), chosen))
-        of_size = 0
-        for _, chosen in sorted(found):
-            answer = linprog(
-                np.ones(size), A_eq=matrix[list(chosen)].T, b_eq=wanted, bounds=(0, None), method="highs-ds"
-            )
-            if answer.status == 0:
-                kept.append(chosen)
-                of_size += 1
-            if of_size == TRIED_SETS_OF_A_SIZE:
-                break
-    return kept
 
 
 def _optimized(spds: Array, wanted: Array, quality: LampQuality, kelvin: float) -> Array | None:

@@ -22,6 +22,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette.given import sequence_of
 from spectral_core.palette.paint.mixtures import halftone_shares, paint_mixture
 from spectral_core.palette.recipe.library import DOSAGE_ERROR
+from spectral_core.palette.recipe.sets import Mixing
 from spectral_core.palette.texture.reach import stimulus_matrix
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import OBSERVER_NAMES, observer
@@ -33,6 +34,8 @@ LEAST_REFLECTANCE = 1e-4
 """Least reflectance of a paint, below any measured one; a perfect black would have infinite absorption."""
 MOST_COLORANTS = 8
 """Most colorants in one recipe."""
+FINISHED, EXACT = 6, 1e-4
+"""Sets of paints or filters that are optimized to the end, until one has a squared CIELAB distance below EXACT."""
 
 
 @read_only_when_copied
@@ -195,24 +198,23 @@ def material_recipe(
     if not lights:
         raise InvalidInputError("a recipe needs at least one light under which the colors shall agree; got none")
     require_kind("the colorants", colorants, Colorants)
-    require_kind("the wanted reflectance", target, Spectrum)
-    for light in lights:
-        require_kind("a light", light, Spectrum)
+    for word, each in (("the wanted reflectance", target), *(("a light", light) for light in lights)):
+        require_kind(word, each, Spectrum)
     seed = require_whole("seed", seed, 0, 1 << 62)
-    count = len(colorants.names)
-    most = min(count, require_whole("most_colorants", most_colorants, 1, MOST_COLORANTS))
+    most = min(len(colorants.names), require_whole("most_colorants", most_colorants, 1, MOST_COLORANTS))
     colorants = _on_common_knots(colorants, target)
     matrix = stimulus_matrix(lights, colorants.grid)
-    wanted = _lab(matrix, target.at(colorants.grid.wavelengths_nm))
+    aim = target.at(colorants.grid.wavelengths_nm)
+    wanted = _lab(matrix, aim)
     amounts = _best_of_sets(colorants, matrix, wanted, most)
     made = colorants.reflectance(amounts)
-    errors = delta_e_2000(_lab(matrix, made), wanted)
-    by_observer = np.stack([_errors(colorants, target, made, lights, name) for name in OBSERVER_NAMES])
-    mixed = Reflectance(f"recipe of {target.name}", colorants.grid, made)
+    seen = [stimulus_matrix(lights, colorants.grid, observer(name)) for name in OBSERVER_NAMES]
+    by_observer = np.stack([delta_e_2000(_lab(each, made), _lab(each, aim)) for each in seen])
     return MaterialRecipe(
-        colorants, frozen_array("amounts", amounts), mixed,
-        tuple(light.name for light in lights), errors, by_observer, float(by_observer.max() - by_observer[0].max()),
-        _dosage(colorants, matrix, amounts, seed), time.perf_counter() - started,
+        colorants, frozen_array("amounts", amounts), Reflectance(f"recipe of {target.name}", colorants.grid, made),
+        tuple(light.name for light in lights), delta_e_2000(_lab(matrix, made), wanted), by_observer,
+        float(by_observer.max() - by_observer[0].max()), _dosage(colorants, matrix, amounts, seed),
+        time.perf_counter() - started,
     )  # fmt: skip
 
 
@@ -232,25 +234,23 @@ def _lab(matrix: Array, reflectance: Array) -> Array:
     return lab_from_linear_rgb((matrix @ reflectance).reshape(-1, 3))
 
 
-def _errors(colorants: Colorants, target: Reflectance, made: Array, lights: Sequence[Illuminant], name: str) -> Array:
-    matrix = stimulus_matrix(lights, colorants.grid, observer(name))
-    return delta_e_2000(_lab(matrix, made), _lab(matrix, target.at(colorants.grid.wavelengths_nm)))
-
-
 def _best_of_sets(colorants: Colorants, matrix: Array, wanted: Array, most: int) -> Array:
-    """Amounts (k,): all colorants first, then the best sets of the most important ones, each optimized again."""
-    count = len(colorants.names)
-    everything = _fitted(colorants, matrix, wanted, tuple(range(count)))
-    if np.count_nonzero(everything) <= most:
-        return everything
-    ranked = np.argsort(everything)[::-1][: min(count, most + 4)]
-    best: tuple[float, Array] | None = None
-    for chosen in itertools.combinations(sorted(int(index) for index in ranked), most):
+    """Amounts (k,) of the best set: of all sets of inks, which are few; of paints and filters as ``Mixing`` finds."""
+    count, best = len(colorants.names), (np.inf, np.zeros(len(colorants.names)))
+    if colorants.kind == "inks":
+        everything = _fitted(colorants, matrix, wanted, tuple(range(count)))
+        if np.count_nonzero(everything) <= most:
+            return everything
+        sets = list(itertools.combinations(range(count), most))
+    else:
+        paper = None if colorants.kind == "paints" else colorants.paper
+        sets = Mixing.of(colorants.spectra, paper, colorants.most, matrix, wanted).best_sets(most, FINISHED)
+    for chosen in sets:
         amounts = _fitted(colorants, matrix, wanted, chosen)
         error = float(np.sum((_lab(matrix, colorants.reflectance(amounts)) - wanted) ** 2))
-        if best is None or error < best[0]:
-            best = error, amounts
-    assert best is not None
+        best = min(best, (error, amounts), key=lambda each: each[0])
+        if error < EXACT:
+            break
     return best[1]
 
 

@@ -21,6 +21,8 @@ SMALLEST_ERROR = 1e-3
 """Linear RGB error below which a texel counts as exact; half a step of an 8-bit display is four times that."""
 MOST_SIDE = 512
 """Ghosts are measured on at most this many rows and columns, which are picked evenly."""
+NO_DETAILS = 1e-3
+"""High-passed lightness that is rounding: of a picture of one color."""
 BLOCK = 1 << 13
 """Texels whose color differences are computed at a time, so that intermediate results fit into the cache."""
 
@@ -122,6 +124,6 @@ def _details(linear_rgb: NDArray[np.floating]) -> Array:
 
 def _regression(shown: Array, parts: list[Array]) -> Array:
     """Least-squares share of the details of each part in the shown picture; 1 for a picture without details."""
-    if not np.any(parts[0]):
+    if np.abs(parts[0]).max() < NO_DETAILS:
         return np.array([1.0, 0.0])
     return np.asarray(np.linalg.lstsq(np.stack([p.ravel() for p in parts], axis=1), shown.ravel(), rcond=None)[0])

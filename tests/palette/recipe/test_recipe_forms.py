@@ -10,6 +10,7 @@ import pytest
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.recipe import lamp as lamp_module
+from spectral_core.palette.recipe.channels import combinations_of
 from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
 from spectral_core.palette.recipe.material import Colorants, material_recipe
 from spectral_core.palette.recipe.missed import missed_requests
@@ -213,7 +214,11 @@ def test_sets_of_channels_are_those_that_enclose_the_white() -> None:
     """By the signs of triangles in the chromaticity plane."""
     spds = np.stack([channel.at(LAMP_GRID.wavelengths_nm) for channel in CHANNELS])
     white = white_xyz(4000)
-    found = lamp_module._combinations(spds, white, 3)
+
+    def rated(drives: np.ndarray) -> float:
+        return -float(drives.max())
+
+    found = list(combinations_of(spds, white, 3, rated))
     corners = uv_from_xyz(spds @ xyz_from_spd().T)
     center = uv_from_xyz(white)
 
@@ -227,12 +232,10 @@ def test_sets_of_channels_are_those_that_enclose_the_white() -> None:
     assert set(found) == {chosen for chosen in combinations(range(5), 3) if encloses(chosen)}
     assert len(found) > 1
 
-    # the broadest spectra first
-    def breadth(chosen: tuple[int, ...]) -> float:
-        return float(np.sqrt(np.max([spds[k] / spds[k].max() for k in chosen], axis=0)).mean())
-
-    assert [breadth(chosen) for chosen in found] == sorted(map(breadth, found), reverse=True)
-    all_sizes = lamp_module._combinations(spds, white, 5)
+    # those of the best quality first
+    drives = [np.linalg.solve((spds[list(chosen)] @ xyz_from_spd().T).T, white) for chosen in found]
+    assert [own.max() for own in drives] == pytest.approx(sorted(own.max() for own in drives))
+    all_sizes = list(combinations_of(spds, white, 5, rated))
     assert [len(chosen) for chosen in all_sizes] == sorted(len(chosen) for chosen in all_sizes)
     assert {len(chosen) for chosen in all_sizes} == {3, 4, 5}
 

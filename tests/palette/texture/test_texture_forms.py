@@ -235,5 +235,9 @@ def test_errors_of_texels_and_details_of_pictures(rng: np.random.Generator) -> N
     one, other = rng.normal(size=(2, 8, 9))
     np.testing.assert_allclose(loss._regression(0.75 * one - 0.25 * other, [one, other]), [0.75, -0.25], atol=1e-12)
     np.testing.assert_array_equal(loss._regression(one, [np.zeros((8, 9)), other]), [1.0, 0.0])
+    # the details of one color are what rounding leaves of it
+    flat = loss._details(np.full((8, 9, 3), 0.57758045, dtype=np.float32))
+    np.testing.assert_array_equal(loss._regression(-0.5 * flat, [flat, other]), [1.0, 0.0])
+    np.testing.assert_array_equal(loss._regression(-0.5 * flat, [flat + 1e-6, other]), [1.0, 0.0])
     assert loss._even(4).tolist() == [0, 1, 2, 3] and len(loss._even(5000)) == 512
     assert (loss._even(5000)[0], loss._even(5000)[-1]) == (0, 4999)
