@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core.scene import Film, Glass, World, gray
-from tests.render.scenes import lit_plane
+from spectral_core.scene import Diffuse, Film, Glass, Holdout, Instance, Material, MixSurface, World, gray
+from tests.render.scenes import lit_plane, matrix
 
 pytest.importorskip("mitsuba", reason="needs Mitsuba: pip install 'spectral-scene[render]'")
 
 REFLECTED = ((1.5 - 1) / (1.5 + 1)) ** 2
+HALF_HOLDOUT = MixSurface(0.5, Diffuse(gray(0.0)), Holdout())
 
 
 def shown(transport="rgb", **film):
@@ -33,3 +34,23 @@ def test_the_refracted_share_is_not_covered(transport):
 def test_without_transparent_glass_the_pixel_is_covered():
     np.testing.assert_allclose(shown(transparent=True), 1.0, rtol=0.01)
     np.testing.assert_allclose(shown(transparent_glass=True), 1.0, rtol=0.01)
+
+
+@pytest.mark.parametrize(("surface", "is_holdout"), [(Diffuse(gray(0.5)), True), (HALF_HOLDOUT, False)])
+def test_a_holdout_behind_smooth_glass_is_a_hole(surface, is_holdout):
+    """As in Cycles; the plane lies within the glass, so that the refracted share meets it."""
+    from spectral_core.render import render_scene
+
+    film = Film(8, 8, samples=512, transparent=True, transparent_glass=True)
+    scene = lit_plane(surface=Glass(ior=1.5), film=film, transport="rgb")
+    below = Instance("below", scene.instances[0].mesh, matrix((0, 0, -1)), ("below",), is_holdout=is_holdout)
+    scene = replace(
+        scene,
+        materials=(*scene.materials, Material("below", surface)),
+        instances=(*scene.instances, below),
+        world=World(gray(1.0)),
+    )
+    shown = render_scene(scene).pixels.mean((0, 1))
+    covered = REFLECTED if is_holdout else REFLECTED + 0.5 * (1 - REFLECTED)
+    np.testing.assert_allclose(shown[3], covered, rtol=0.1)
+    np.testing.assert_allclose(shown[:3], REFLECTED, rtol=0.1)
