@@ -45,11 +45,13 @@ def cut_holes(integrator: Any, si: Any, bsdf: Any, path: Any, places: tuple[Any,
     import mitsuba as mi
 
     tables, (hit, hole) = integrator.tables, places
+    # in front of glass ``FirstHit.straight_through`` measures the holes
     behind, share = path.clear & (path.depth > 0), mi.Spectrum(0.0)
     clear = bsdf.eval_null_transmission(si, hole) if tables.has_holdout_shapes else mi.Spectrum(1.0)
     if integrator.settings.clear_glass:
         share = dr.select(hole & behind, 1.0 - clear, share)
         if tables.has_holdout_surfaces:
+            # a marked hit counts holdout closures as transmission, see ``closures.holdout``
             asked, asks = mi.SurfaceInteraction3f(si), hit & behind
             asked.dn_dv = mi.Vector3f(QUESTION, 0.0, 0.0)
             closures = bsdf.eval_null_transmission(asked, asks) - bsdf.eval_null_transmission(si, asks)

@@ -107,6 +107,7 @@ class FirstHit:
             layers, straight = counts
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < MOST_LAYERS)
             if self.layers is not None and self.rules is not None:
+                # as many as the path itself counts: beyond them it ends before the environment, which is subtracted
                 own = met & ~unseen
                 own &= True if fills is None else ~fills.is_border(self.rules.shape_number(si), own)
                 onward &= ~own | (straight < dr.maximum(self.layers, 1))
