@@ -146,7 +146,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         """The scene of the active view, with what the running request changes, and the matrix of its colors."""
         self.update_stats("", "Translating the scene")
         camera = self.camera_override  # of the active view
-        scene = translate_scene(depsgraph, camera=camera, is_moving=True)
+        output = self.path_resolve("render")  # as an attribute it is the method of this name
+        scene = translate_scene(depsgraph, camera=camera, is_moving=True, output=output)
         scene = with_motion(scene, depsgraph, camera, self._set_frame)
         passes = passes_of(depsgraph.scene_eval, depsgraph.view_layer_eval)
         scene = replace(

@@ -56,6 +56,8 @@ class Translation:
     images: dict[Any, ReadImage] = field(default_factory=dict)
     designed: Mapping[int, tuple[Spectrum, float]] = field(default_factory=dict)
     reads_elsewhere: bool = False
+    output: Any = None
+    """The settings of the running render, None for those of the scene; see ``render``."""
     _notes: dict[tuple[str, str], Note] = field(default_factory=dict)
     _asked: dict[Question, Any] = field(default_factory=dict)
     """The questions of the present part."""
@@ -75,6 +77,14 @@ class Translation:
     def scene(self) -> Any:
         """The evaluated Blender scene."""
         return self.depsgraph.scene_eval
+
+    @property
+    def render(self) -> Any:
+        """The render settings that state the size and the border of the picture.
+
+        They are not the scene's if the compositor of another scene shows it: both pictures are then of one size.
+        """
+        return self.scene.render if self.output is None else self.output
 
     def note(self, subject: str, message: str) -> None:
         """Add a note for the user, once."""

@@ -77,6 +77,11 @@ def passes_of(scene: Any, layer: Any) -> Passes | None:
     return Passes(tuple(names), tuple(taken.items()), lit, mist, float(layer.pass_alpha_threshold), levels)
 
 
+def read_by_passes(depsgraph: Any) -> frozenset[str]:
+    """Inputs from the mesh that passes of the depsgraph's view layer show, beside those that materials read."""
+    return frozenset({"uv"}) if depsgraph.view_layer_eval.use_pass_uv else frozenset()
+
+
 def _requested(scene: Any, layer: Any) -> tuple[dict[str, str], list[str], list[str]]:
     """Type of each AOV by its name, other passes, and passes of light groups.
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from spectral_core.scene import Instance, Material, Mesh, ScatteringMedium
 from spectral_core.scene.geometry import BORDER_MARGIN, VOLUME_BOX, box_of, index_box, unit_box
 
-from .shading.attributes import PREFIX, object_attributes, object_info
+from .shading.attributes import PREFIX, object_attributes, object_info, root_of
 from .shading.materials import TranslatedMaterial
 from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box, medium_of_grids
 from .shading.media.shaders import GRID
@@ -87,6 +87,7 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
     return Instance(
         name, box.name, world_from_object @ border, (material,), group=obj.original.lightgroup,
         index=int(obj.pass_index), shown_as=obj.name,
+        asset=root_of(obj.original).name,
     )  # fmt: skip
 
 

@@ -39,6 +39,7 @@ def translate_scene(
     designed: Mapping[int, tuple[Spectrum, float]] = MappingProxyType({}),
     is_moving: bool = False,
     compares_faces: bool = True,
+    output: Any = None,
 ) -> Scene:
     """Scene of an evaluated depsgraph, complete and independent of Blender.
 
@@ -46,14 +47,14 @@ def translate_scene(
     settings'; ``seen_from``: a view that replaces any camera; ``shows``: True for an instance of the depsgraph that
     takes part; ``kept``: parts of an earlier translation; ``designed``: as in ``Translation``; ``is_moving``: True if
     motion is added later; ``compares_faces``: False where notes are not shown, because the comparison of faces that
-    coincide takes up to half a second. Raises InvalidInputError if nothing can be rendered at all (no camera, an empty
-    border).
+    coincide takes up to half a second; ``output``: as in ``Translation``. Raises InvalidInputError if nothing can be
+    rendered at all (no camera, an empty border).
     """
     translation = Translation.of(depsgraph, bpy.data)
-    translation.designed = designed
+    translation.designed, translation.output = designed, output
     source = depsgraph.scene_eval
     sampling = sampling_of(source)
-    film = film or translate_film(source, sampling.samples, sampling.seed)
+    film = film or translate_film(source, sampling.samples, sampling.seed, translation.render)
     if kept is not None:
         translation.images = kept.images
         forget_outdated(kept, translation)

@@ -100,7 +100,7 @@ class Culling:
 
     def __init__(self, translation: Translation, *, is_render: bool) -> None:
         scene, depsgraph = translation.scene, translation.depsgraph
-        render, camera = scene.render, scene.camera
+        render, camera = translation.render, scene.camera
         usable = render.use_simplify and not render.use_multiview and camera is not None and camera.type == "CAMERA"
         usable = usable and camera.data.type in ("PERSP", "ORTHO")
         self._depsgraph = depsgraph

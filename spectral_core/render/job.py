@@ -137,6 +137,7 @@ class RenderJob:
                 Tables(self._mitsuba, self._loaded.rules),
                 any(light.camera_visible for light in self.scene.lights),
                 self._loaded,
+                getattr(next(iter(self._integrators.values())), "layers", None),
             )
             names = list(self._loaded.switches) if measure.groups else [""]
             if isinstance(measure.groups, tuple):

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Alpha of image files as Cycles reads them: WebP counts as multiplied by it, and gray files have 1 beside them too."""
+"""Alpha of image files as Cycles reads them: WebP counts as multiplied by it, gray files with alpha are not multiplied,
+and gray files without have 1 beside them too.
+"""
 
 from __future__ import annotations
+
+import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -17,8 +22,13 @@ def shown(build, translate, path, kind, mode, *, packed=False, is_alpha=False):
     settings.file_format, settings.color_mode, settings.quality = kind, mode, 100
     bpy.context.scene.view_settings.view_transform = "Standard"
     made.save_render(str(path))
+    return of_file(build, translate, path, packed=packed, is_alpha=is_alpha)
+
+
+def of_file(build, translate, path, mode="STRAIGHT", *, packed=False, is_alpha=False):
+    """What a material shows of a file in its middle and beside it."""
     image = bpy.data.images.load(str(path))
-    image.colorspace_settings.name = "sRGB"
+    image.colorspace_settings.name, image.alpha_mode = "sRGB", mode
     if packed:
         image.pack()
     material = build.material(shader="ShaderNodeEmission")
@@ -49,3 +59,25 @@ def test_colors_of_webp_files_are_not_multiplied_by_alpha_again(build, translate
 def test_the_alpha_beside_a_gray_file_is_1(build, translate, tmp_path, mode, beside):
     found = shown(build, translate, tmp_path / "picture", "PNG", mode, is_alpha=True)
     assert np.all(found[0] == 1) and np.all(found[1] == beside)
+
+
+def gray_with_alpha(path, depth):
+    """Write a PNG of 4×4 texels of gray 0.8 with alpha 0.5, in 8 or 16 bits."""
+    most = 2**depth - 1
+    row = b"\0" + np.tile(np.array([0.8 * most + 0.5, 0.5 * most + 0.5]).astype(f">u{depth // 8}"), 4).tobytes()
+    parts = (
+        (b"IHDR", struct.pack(">IIBBBBB", 4, 4, depth, 4, 0, 0, 0)),
+        (b"IDAT", zlib.compress(4 * row)),
+        (b"IEND", b""),
+    )
+    chunks = (struct.pack(">I", len(b)) + a + b + struct.pack(">I", zlib.crc32(a + b)) for a, b in parts)
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+
+
+@pytest.mark.parametrize("depth", [8, 16])
+@pytest.mark.parametrize(("mode", "red"), [("STRAIGHT", 0.604), ("CHANNEL_PACKED", 0.604)])
+def test_colors_of_gray_png_files_are_not_multiplied_by_alpha(build, translate, tmp_path, depth, mode, red):
+    """Cycles multiplies four channels only: it shows 0.604, the linear value of 0.8, in 4.3, 5.0 and 5.2."""
+    gray_with_alpha(tmp_path / "gray.png", depth)
+    found = of_file(build, translate, tmp_path / "gray.png", mode)
+    assert found[0] == pytest.approx([red] * 3, abs=0.01)

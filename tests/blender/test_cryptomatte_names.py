@@ -51,3 +51,23 @@ def test_a_linked_material_has_its_plain_name(build, translate, tmp_path):
     build.plane(material=bpy.data.materials["Paint"])
     (material,) = translate().materials
     assert material.name != "Paint" and material.shown_as == "Paint"
+
+
+def test_hair_and_points_have_the_names_of_their_objects(build, translate):
+    """Those of Cycles; hair had the name of its particle system too, and further instances a number."""
+    owner, group = build.plane("Owner"), bpy.data.collections.new("Group")
+    owner.parent = build.plane("Parent")
+    owner.modifiers.new("Hair", "PARTICLE_SYSTEM")
+    owner.particle_systems[0].settings.type, owner.particle_systems[0].settings.count = "HAIR", 5
+    curves = bpy.data.hair_curves.new("Curves")
+    curves.add_curves([2])
+    curves.attributes["position"].data.foreach_set("vector", [0, 0, 0, 0, 0, 1])
+    group.objects.link(bpy.data.objects.new("Curves", curves))
+    for k in range(2):
+        empty = bpy.data.objects.new(f"Empty {k}", None)
+        bpy.context.scene.collection.objects.link(empty)
+        empty.instance_type, empty.instance_collection = "COLLECTION", group
+    scene = translate()
+    strands = {mesh.name for mesh in scene.meshes if mesh.is_strands}
+    found = sorted((item.shown_as, item.asset) for item in scene.instances if item.mesh in strands)
+    assert found == [("Curves", "Curves"), ("Curves", "Curves"), ("Owner", "Parent")]

@@ -134,3 +134,35 @@ def test_before_blender_5_instances_of_nodes_are_named(kinds, is_noted):
     parent = SimpleNamespace(modifiers=[SimpleNamespace(type=kind) for kind in kinds])  # has no evaluated_geometry
     value, unknown = InstancePoints().value("shade", SimpleNamespace(parent=parent))
     assert value is None and unknown == ("instances is not read before Blender 5.0" if is_noted else "")
+
+
+def test_a_rotation_is_no_color(build, translate):
+    """Blender converts no rotation to a color, so that Cycles shows 0."""
+    tree = Tree(host())
+    cube = tree.add("GeometryNodeSetMaterial", Geometry=tree.add("GeometryNodeMeshCube"), Material=colored(build, "at"))
+    made = tree.add("GeometryNodeInstanceOnPoints", Points=tree.add("GeometryNodeMeshLine", Count=3), Instance=cube)
+    kinds = {"data_type": "QUATERNION", "domain": "INSTANCE"}
+    tree.show(tree.add("GeometryNodeStoreNamedAttribute", kinds, Geometry=made, Name="at"))
+    _, values = found(translate())
+    assert len(values) == 3 and not values.any()
+
+
+@pytest.mark.parametrize("stored", [["UVMap"], []])
+def test_uv_maps_that_nodes_store_on_a_primitive_are_those_of_cycles(build, translate, stored):
+    """The primitive's own output, which has no name, is the map for rendering until Blender 5.2; Cycles shows none."""
+    from blender_addon import compat
+
+    material = build.material(shader="ShaderNodeEmission")
+    place = material.node_tree.nodes.new("ShaderNodeTexCoord")
+    material.node_tree.links.new(place.outputs["UV"], material.node_tree.nodes["shader"].inputs["Color"])
+    tree = Tree(host())
+    cube = tree.add("GeometryNodeMeshCube")
+    for name in stored:
+        kinds, uvs = {"data_type": "FLOAT2", "domain": "CORNER"}, cube.node.outputs["UV Map"]
+        cube = tree.add("GeometryNodeStoreNamedAttribute", kinds, Geometry=cube, Name=name, Value=uvs)
+    tree.show(tree.add("GeometryNodeSetMaterial", Geometry=cube, Material=material))
+    scene = translate()
+    has_map = bool(stored) and not compat.is_before_5_2()
+    notes = [note.message for note in scene.notes if "corner pixel" in note.message]
+    assert bool(scene.meshes[0].uvs.any()) == has_map == (not notes)
+    assert has_map or ("UV Map node" in notes[0]) == bool(stored)

@@ -132,3 +132,13 @@ def test_parametric_coordinates_of_hair_have_a_note(build, translate):
     thing.data.materials.append(geometry_output(build, "Parametric"))
     (note,) = translate().notes
     assert "Parametric" in note.message and note.subject == thing.name
+
+
+@pytest.mark.parametrize("is_shown", [True, False])
+def test_hair_has_uvs_where_the_pass_shows_them(build, translate, is_shown):
+    """Those of its roots, as in Cycles, though no material reads them; the pass was 0."""
+    with_hair(build)
+    bpy.context.view_layer.use_pass_uv = is_shown
+    scene = translate()
+    (hair,) = (mesh for mesh in scene.meshes if mesh.is_strands)
+    assert (hair.uvs is not None and np.ptp(hair.uvs[:, 0]) > 0.5) == is_shown and not scene.notes

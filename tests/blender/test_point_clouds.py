@@ -54,3 +54,21 @@ def test_stretched_points_have_a_note(build, translate, scale, is_told):
     _points(build, build.material()).scale = scale
     bpy.context.view_layer.update()
     assert any("stretched" in note.message for note in translate().notes) == is_told
+
+
+@pytest.mark.parametrize(("radius", "balls"), [(0.5, 3), (-0.5, 0)])
+def test_points_of_a_negative_radius_are_not_seen(build, translate, radius, balls):
+    """Nor in Cycles; their size was shown."""
+    from blender_addon.translate.strands import ball
+
+    tree = _points(build, build.material()).modifiers[0].node_group
+    store = tree.nodes.new("GeometryNodeStoreNamedAttribute")
+    made = next(node for node in tree.nodes if node.bl_idname == "GeometryNodePoints")
+    shown = next(node for node in tree.nodes if node.bl_idname == "GeometryNodeSetMaterial")
+    tree.links.new(made.outputs[0], store.inputs[0])
+    tree.links.new(store.outputs[0], shown.inputs[0])
+    store.inputs["Name"].default_value = "radius"
+    next(s for s in store.inputs if s.name == "Value" and s.enabled).default_value = radius
+    bpy.context.view_layer.update()
+    (mesh,) = translate().meshes
+    assert len(mesh.triangles) == balls * len(ball(3)[1])

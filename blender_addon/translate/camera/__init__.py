@@ -47,7 +47,7 @@ def translate_camera(translation: Translation, camera: Any) -> Camera:
         note_changed(translation, camera.name, item)
     if lens.type not in ("PERSP", "ORTHO", "PANO"):
         translation.note(camera.name, f"a {lens.type.lower()} camera is shown as a perspective one")
-    render = translation.scene.render
+    render = translation.render
     if lens.type in ("PANO", "PERSP") and render.use_multiview and render.views_format == "STEREO_3D":
         note_changed(translation, camera.name, lens.stereo)
     orthographic = lens.type == "ORTHO"
@@ -124,9 +124,12 @@ def _focus_distance(lens: Any, matrix: np.ndarray) -> float:
     return float(abs(view @ (np.asarray(place.translation, dtype=np.float64) - matrix[:3, 3])))
 
 
-def translate_film(scene: Any, samples: int, seed: int) -> Film:
-    """Film of a scene's output settings: percentage and border count, as Blender computes them."""
-    render = scene.render
+def translate_film(scene: Any, samples: int, seed: int, render: Any = None) -> Film:
+    """Film of a scene's output settings: percentage and border count, as Blender computes them.
+
+    ``render``: the settings of the running render, None for the scene's.
+    """
+    render = scene.render if render is None else render
     width, height = frame_in_pixels(render)
     return Film(
         width,

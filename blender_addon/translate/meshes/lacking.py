@@ -15,7 +15,11 @@ from .triangles import COMPONENTS, OF_CYCLES, OF_UV_MAP, OUTPUTS, uv_layer
 def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> None:
     """Name the UV maps and attributes that materials read but the mesh lacks: they read as 0, as in Blender."""
     if "uv" in reads and uv_layer(obj.data, "") is None:
-        translation.note(obj.name, "it has no UV map for the images on it; they show their corner pixel")
+        words = "it has no UV map for the images on it; they show their corner pixel"
+        if len(obj.data.uv_layers):
+            words = "no UV map that its geometry nodes store is for rendering; images show their corner pixel, as in "
+            words += "Cycles, unless a UV Map node names one"
+        translation.note(obj.name, words)
     undeformed = getattr(obj.original, "data", None)
     count = len(getattr(undeformed, "vertices", ())) if obj.original.type == "MESH" else len(obj.data.vertices)
     in_view = translation.depsgraph.mode == "VIEWPORT"
@@ -45,9 +49,10 @@ def note_missing(translation: Translation, obj: Any, reads: frozenset[str]) -> N
 
 def _reads_map_of_normals(mesh: Any, reads: frozenset[str]) -> bool:
     """True if materials read a UV map named N."""
-    active = uv_layer(mesh, "")
-    by_name = {f"{OF_UV_MAP}:N", f"{UV_TANGENT}:N"} & reads
-    return "N" in mesh.uv_layers and bool(by_name or (active.name == "N" and {"uv", f"{UV_TANGENT}:"} & reads))
+    names, active = {f"{OF_UV_MAP}:N", f"{UV_TANGENT}:N"}, uv_layer(mesh, "")
+    if active is not None and active.name == "N":
+        names |= {"uv", f"{UV_TANGENT}:"}
+    return "N" in mesh.uv_layers and not names.isdisjoint(reads)
 
 
 def _no_colors(mesh: Any) -> set[str]:

@@ -18,6 +18,7 @@ from spectral_core.scene import Instance, Mesh
 from ..context import makers_of, whole
 from ..displacement.moved import displaced
 from ..ledger import note_changed
+from ..passes import read_by_passes
 from ..placed_media import in_mesh
 from ..shading.attributes import color_of, object_attributes, random_of, root_of
 from ..viewport.kept import kept_or_made
@@ -100,8 +101,8 @@ def _shared(found: Collected, obj: Any, instance: Any, materials_of: MaterialsOf
     """The common part of an object's instances; None if its mesh has no faces."""
     materials = materials_of(obj)
     reads = frozenset().union(*(item.reads for item in materials))
-    shows_uv = frozenset({"uv"}) if found.translation.depsgraph.view_layer_eval.use_pass_uv else frozenset()
-    mesh = _mesh(found, obj, reads | shows_uv | velocities.velocity_read(found, obj.data), instance)
+    shown = read_by_passes(found.translation.depsgraph)
+    mesh = _mesh(found, obj, reads | shown | velocities.velocity_read(found, obj.data), instance)
     if mesh is None:
         return None
     fields = {

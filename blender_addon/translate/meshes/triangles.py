@@ -278,10 +278,14 @@ def _generated(source: Any, positions: Array, undeformed: Any) -> Array:
 
 
 def uv_layer(source: Any, uv_map: str) -> Any:
-    """UV layer of that name, for "" the one marked for rendering; None if the mesh has none."""
+    """UV layer of that name, for "" the one marked for rendering; None if the mesh has none.
+
+    Before Blender 5.2 a mesh whose UV maps are all from geometry nodes may have none that is marked: the mark is on a
+    layer without a name, as of a primitive's UV output, which Cycles does not see and ``uv_layers.active`` returns.
+    """
     if uv_map:
         return source.uv_layers.get(uv_map)
-    return next((layer for layer in source.uv_layers if layer.active_render), source.uv_layers.active)
+    return next((layer for layer in source.uv_layers if layer.active_render), None)
 
 
 def _material_indices(source: Any, count: int) -> Array | None:

@@ -223,7 +223,10 @@ def _faces(count: int, rings: int) -> NDArray[np.int64]:
 
 
 def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> Mesh | None:
-    """Balls of a ``bpy.types.PointCloud``; ``reads``: attributes of its points that materials use."""
+    """Balls of a ``bpy.types.PointCloud``; ``reads``: attributes of its points that materials use.
+
+    As in Cycles, points of a negative radius are not seen.
+    """
     count = len(cloud.points)
     if count == 0:
         return None
@@ -232,18 +235,18 @@ def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> M
     radii = radii_of(cloud)
     finer = next((k for k in (3, 2, 1) if count * 20 * 4**k <= MOST_TRIANGLES), 0)
     directions, faces = ball(finer)
-    size = np.abs(radii.astype(np.float64))
+    size = radii.astype(np.float64)
     places = np.where(np.isfinite(places), places, np.float32(np.nan))
     positions = places.reshape(-1, 1, 3) + size[:, None, None] * directions
     triangles = faces + np.arange(count)[:, None, None] * len(directions)
     normals = np.broadcast_to(directions, positions.shape)
-    finite = np.isfinite(positions).all(axis=(1, 2))
-    positions = np.where(finite[:, None, None], positions, 0.0)
+    shown = np.isfinite(positions).all(axis=(1, 2)) & ~(size < 0)
+    positions = np.where(shown[:, None, None], positions, 0.0)
     placed = {read: positions for read in ("generated",) if read in reads}  # as in Cycles: the position itself
     return Mesh(
         name,
         positions.reshape(-1, 3).astype(np.float32),
-        triangles[finite].reshape(-1, 3).astype(np.uint32),
+        triangles[shown].reshape(-1, 3).astype(np.uint32),
         normals=normals.reshape(-1, 3).astype(np.float32),
         attributes=tuple(
             Attribute(read, np.repeat(values, len(directions), axis=0))

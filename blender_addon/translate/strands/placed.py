@@ -16,7 +16,8 @@ from ..context import stated
 from ..meshes.tangents import SPACE
 from ..meshes.triangles import READS_UV, stored_in
 from ..meshes.velocities import velocity_read
-from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes, random_of
+from ..passes import read_by_passes
+from ..shading.attributes import OF_STRANDS, PREFIX, color_of, object_attributes, random_of, root_of
 from ..shading.materials import TranslatedMaterial
 from ..visibility import seen_as, shown_by
 from . import curves_mesh, particle_mesh, points_mesh
@@ -30,7 +31,7 @@ FLAT = 1e-30
 def place_strands(found: Any, obj: Any, instance: Any, materials: list[TranslatedMaterial], random: float) -> None:
     """Add hair curves, or a point cloud, to the ``found`` objects."""
     reads: frozenset[str] = velocity_read(found, obj.data).union(*(item.reads for item in materials))
-    mesh = _mesh(found, obj, reads)
+    mesh = _mesh(found, obj, reads | read_by_passes(found.translation.depsgraph))
     if mesh is not None:
         _note_left_out(found, obj)
         _note_unread(found, obj, reads, mesh)
@@ -90,9 +91,9 @@ def place_hair(found: Any, instance: Any, materials_of: Callable[[Any], list[Tra
         materials = materials_of(obj)
         material = materials[min(max(settings.material - 1, 0), len(materials) - 1)]
         if name not in found.meshes:
-            in_render = translation.depsgraph.mode == "RENDER"
+            in_render, reads = translation.depsgraph.mode == "RENDER", read_by_passes(translation.depsgraph)
             unique = found.unique("mesh", name)
-            found.meshes[name] = particle_mesh(unique, obj, system, is_render=in_render, reads=material.reads)
+            found.meshes[name] = particle_mesh(unique, obj, system, is_render=in_render, reads=material.reads | reads)
         mesh = found.meshes[name]
         if mesh is None:
             continue
@@ -117,6 +118,8 @@ def _enter(found: Any, instance: Any, name: str, mesh: Mesh, materials: list[Tra
             obj.original.lightgroup,
             color=tuple(color_of(obj, instance)),
             index=int(obj.pass_index),
+            shown_as=obj.name,
+            asset=root_of(obj.original).name,
             **seen_as(instance, found.translation.depsgraph),
         ),
         obj.original,

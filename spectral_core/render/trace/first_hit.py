@@ -41,6 +41,8 @@ class FirstHit:
     """The ``LoadedScene``: programs that send rays find the scene only as long as it exists, and every tracer has this
     object.
     """
+    layers: Any = None
+    """Most surfaces that a path passes straight (UInt32, 0 as 1), which cover the picture beyond; None for no limit."""
 
     @property
     def looks_through(self) -> bool:
@@ -59,7 +61,7 @@ class FirstHit:
         mi = self.mitsuba
         fills = None if self.rules is None else self.rules.media
 
-        def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, layers: Any, walking: Any) -> Any:
+        def body(origin: Any, length: Any, passed: Any, hole: Any, fog: Any, counts: Any, walking: Any) -> Any:
             si, met, unseen, is_hole = self.meet(ray, origin, length, walking)
             way = dr.select(si.is_valid(), si.t, length)
             if sampled is not None:
@@ -79,17 +81,25 @@ class FirstHit:
                 piece.o = origin
                 passed = dr.select(walking, passed * flights.clear(fills, fog, way, piece, walking), passed)
                 fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met & ~unseen)
+            layers, straight = counts
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < MOST_LAYERS)
+            if self.layers is not None and self.rules is not None:
+                # as many as the path itself counts: beyond them it ends before the environment, which is subtracted
+                own = met & ~unseen
+                own &= True if fills is None else ~fills.is_border(self.rules.shape_number(si), own)
+                onward &= ~own | (straight < dr.maximum(self.layers, 1))
+                straight = dr.select(own, straight + 1, straight)
             # a walk that ends at the limit has not reached the environment
             passed = dr.select(met & ~onward, 0.0, passed)
             origin = dr.select(onward, si.spawn_ray(ray.d).o, origin)
-            return origin, dr.select(onward, length - si.t, length), passed, hole, fog, layers + 1, onward
+            return origin, dr.select(onward, length - si.t, length), passed, hole, fog, (layers + 1, straight), onward
 
         fog = mi.UInt32(0), mi.UInt32(0)
         if fills is not None:
             fog = mi.UInt32(fills.camera[0]), mi.UInt32(fills.camera[1])
         clear, hidden = mi.Spectrum(1.0), mi.Spectrum(0.0)
-        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), clear, hidden, fog, mi.UInt32(0), mi.Bool(True))
+        counts = mi.UInt32(0), mi.UInt32(0)
+        start = (mi.Point3f(ray.o), mi.Float(ray.maxt), clear, hidden, fog, counts, mi.Bool(True))
         _, _, passed, hole, _, _, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _f, _n, walking: walking, body)
         if not self.transparent:
             return hole, mi.Spectrum(0.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from spectral_core.render.mitsuba_scene.rules import HOLDOUT
 from spectral_core.render.plugins.closures.lobe import ALONE, TURNED
 from spectral_core.render.plugins.closures.strands import FIBER
 from spectral_core.render.plugins.numbers import channel_mean
@@ -65,16 +64,6 @@ def share_alone(tables: Any, drawn: Any, pdf: Any, share: Any) -> Any:
     return dr.select(alone, dr.select(pdf > SHARP_DENSITY, 0.0, 1.0), share)
 
 
-def is_hole(integrator: Any, shape: Any, kind: Any) -> Any:
-    """True if a ray of the camera hits a holdout, which shows only what is behind its transparent parts."""
-    import mitsuba as mi
-
-    if not integrator.tables.has_holdout_shapes:
-        return mi.Bool(False)
-    bits = integrator.tables.look_up(integrator.tables.shapes, shape)
-    return ((bits & HOLDOUT) != 0) & ((kind & int(Rays.CAMERA)) != 0)
-
-
 def cut_caustic(integrator: Any, bsdf: Any, kind: Any) -> Any:
     """True if a diffuse ray hits a mirror or a glass whose caustics are switched off."""
     import mitsuba as mi
@@ -131,17 +120,6 @@ def roulette(path: Any, sampler: Any, strongest: Any, bounces: Any) -> Any:
     spared = path.throughput * dr.rcp(dr.maximum(survival, 1e-8))
     path.throughput = dr.select(gambles & ~dies, spared, path.throughput)
     return dies
-
-
-def through_glass(met: Any, si: Any, path: Any, active: Any, *, counts: bool) -> None:
-    """Remove the environment behind smooth glass from a ray's light; ``counts``: add its share to ``through``."""
-    import drjit as dr
-    import mitsuba as mi
-
-    gone = active & ~si.is_valid() & path.clear & (path.depth > 0)
-    met.world = dr.select(gone, mi.Spectrum(0.0), met.world)
-    if counts:
-        path.through = dr.select(gone, path.through + channel_mean(dr, path.throughput), path.through)
 
 
 def clamps_of(settings: PathSettings) -> tuple[Any, Any] | None:

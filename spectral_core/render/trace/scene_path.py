@@ -16,7 +16,7 @@ from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.plugins.closures.facets import microfacet
 from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
-from spectral_core.render.trace import hit_sides, lobes, path_limits, portals, reradiation
+from spectral_core.render.trace import clear_glass, hit_sides, lobes, path_limits, portals, reradiation
 from spectral_core.render.trace.below.dive import dive
 from spectral_core.render.trace.below.leaving import cosine_out, leaving
 from spectral_core.render.trace.media import in_media
@@ -47,7 +47,7 @@ def scene_path_class(variant: str) -> Any:
         restarts = True  # ``begin`` and ``step`` are all that a path consists of: its caller may loop over rays
         upright, keeps_side, leaves_as_drawn = hit_sides.upright, hit_sides.keeps_side, hit_sides.leaves_as_drawn
         shadow_ray = hit_sides.shadow_ray
-        even_lobe, is_hole, clear_way = reradiation.even_lobe, path_limits.is_hole, path_limits.clear_way
+        even_lobe, is_hole, clear_way = reradiation.even_lobe, clear_glass.is_hole, path_limits.clear_way
         count, cut_caustic, clamped = path_limits.count, path_limits.cut_caustic, path_limits.clamped
         seen_side, sides_of, kind_of = hit_sides.seen_side, hit_sides.sides_of, hit_sides.kind_of
 
@@ -129,7 +129,7 @@ def scene_path_class(variant: str) -> Any:
             path.add(mi.Spectrum(self.clamped(path.throughput * arrived, path.depth > 1)), path.diffuse)
 
             hit = path.active & si.is_valid() & ~unseen & ~floats
-            hole = hit & self.is_hole(shape, path.kind)
+            hole = hit & self.is_hole(shape, path)
             hit &= ~hole
             path.seen |= hit | floats
             bsdf = self.tables.surface(si)
@@ -161,9 +161,8 @@ def scene_path_class(variant: str) -> Any:
                     (path.medium, path.outer), shape, si, ways, onward & si.is_valid()
                 )
                 border = self.tables.media.is_border(shape, hit)
+            clear_glass.cut_holes(self, si, bsdf, path, (hit, hole))
             path.throughput = dr.select(hit & ~dives, path.throughput * weight, path.throughput)
-            if self.tables.has_holdout_shapes:
-                path.throughput *= dr.select(hole, bsdf.eval_null_transmission(si, hole), 1.0)
             path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
             path.passed = dr.select((hit & straight & ~border) | hole, path.passed + 1, path.passed)
             self.count(path, bs, scatters)
@@ -223,7 +222,7 @@ def scene_path_class(variant: str) -> Any:
                 self.seen_world = dr.select(seen, self.tables.camera_world.eval(si, seen), 0.0)
                 self.met.world += self.seen_world
             if self.settings.clear_glass:
-                path_limits.through_glass(self.met, si, path, active, counts=of is None)
+                clear_glass.through_glass(self.met, si, path, active, counts=of is None)
             return dr.select(active, self.met.lamps + self.met.emissive + self.met.world, 0.0)
 
         def share_of(self, path: Any, of: Any = None) -> Any:

@@ -22,6 +22,9 @@ OWN_PART = {"MESH": "mesh", "VOLUME": "volume", "POINTCLOUD": "pointcloud", "GRE
 PARTS = ("mesh", "curves", "pointcloud", "volume", "grease_pencil")
 """Parts of a geometry, each of which is an instance of its own; the instances have one number more beside them."""
 
+NO_COLORS = ("QUATERNION", "FLOAT4X4", "STRING")
+"""Types of attributes that Blender does not convert to a color, so that it looks on as if they were not there."""
+
 
 @dataclass
 class Level:
@@ -51,7 +54,7 @@ class InstancePoints:
         found, complete = self._levels_of(instance)
         for level, index in reversed(found):
             stored = level.points.attributes.get(name)
-            if stored is not None and index < len(stored.data):
+            if stored is not None and stored.data_type not in NO_COLORS and index < len(stored.data):
                 item = stored.data[index]
                 for part in ("value", "vector", "color"):
                     if hasattr(item, part):

@@ -5,14 +5,19 @@ Blender's buffers were multiplied or divided by the alpha mode.
 
 from __future__ import annotations
 
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 from ...context import Translation
 
 Array = NDArray[Any]
+PNG_START, PNG_TYPE, PNG_GRAY_ALPHA = b"\x89PNG\r\n\x1a\n", 25, 4
+"""First bytes of a PNG file, the place of its color type, and the type of gray with alpha."""
 
 
 def is_from_file(image: Any) -> bool:
@@ -25,6 +30,19 @@ def is_gray_file(image: Any) -> bool:
     return is_from_file(image) and image.depth == (32 if image.is_float else 8)
 
 
+def _is_kept(image: Any) -> bool:
+    """True if Cycles keeps the colors of a file that has its alpha apart as they are.
+
+    It takes those of WebP for multiplied ones, and multiplies four channels only, so not a gray PNG with alpha.
+    """
+    if not is_from_file(image) or image.file_format != "PNG":
+        return bool(is_from_file(image) and image.file_format == "WEBP")
+    start = b""
+    with suppress(OSError), Path(bpy.path.abspath(image.filepath, library=image.library)).open("rb") as file:
+        start = file.read(PNG_TYPE + 1)
+    return start.startswith(PNG_START) and start[PNG_TYPE:] == bytes([PNG_GRAY_ALPHA])
+
+
 def multiplied_floats(image: Any, colors: Array, alpha: Array) -> tuple[Array, Array | None]:
     """Float colors (height, width, channels) multiplied by alpha as Cycles stores them.
 
@@ -33,7 +51,7 @@ def multiplied_floats(image: Any, colors: Array, alpha: Array) -> tuple[Array, A
     if not is_from_file(image):  # Cycles has Blender's pixels
         return colors, None
     is_straight, share = image.alpha_mode == "STRAIGHT", np.where(alpha > 0, alpha, np.float32(1))
-    if image.file_format == "PNG":  # of the formats of floats the one that keeps them apart in every version
+    if image.file_format == "PNG" and not _is_kept(image):  # the one that keeps them apart in every version
         return (colors, share) if is_straight else (colors * alpha, share**2)
     return (colors / share, None) if is_straight else (colors, share)
 
@@ -49,7 +67,7 @@ def file_bytes(translation: Translation, image: Any, colors: Array, alpha: Array
 
 def multiplied(image: Any, colors: Array, alpha: Array) -> Array:
     """Colors of an image of bytes multiplied by alpha, as Cycles does; bytes are rounded down."""
-    if is_from_file(image) and image.file_format == "WEBP":  # it takes those of the file for multiplied ones
+    if _is_kept(image):
         return colors
     if colors.dtype != np.uint8:
         return colors * alpha
