@@ -23,7 +23,7 @@ SECTIONS = {
         "A material": "SpectralPaletteMaterial", "A dye": "SpectralDye", "Possible?": "SpectralPossible",
     }),
     "Spectrum of a material, light, world or node": ("spectrum.py parts.py", {
-        "": "SpectralSpectrum", "Fluorescence": "SpectralCarriedDye",
+        "": "SpectralSpectrum", "Fluorescence": "SpectralCarriedDye", "Dispersion": "SpectralDispersion",
     }),
     "Sampling and Plan": ("render.py", {"": "SpectralRender"}),
     "Look Under": ("viewport.py", {"A look": "SpectralLook", "Rendered viewports": "SpectralViewport"}),

@@ -105,6 +105,43 @@ class SPECTRAL_PT_material_dyes(bpy.types.Panel):
         wrapped(hint, context, text)
 
 
+class SPECTRAL_PT_material_dispersion(bpy.types.Panel):
+    """Dispersion of the active material's glass"""
+
+    bl_label = "Dispersion"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+    bl_parent_id = "SPECTRAL_PT_material_spectrum"
+    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: Context) -> bool:
+        return context.material is not None
+
+    def draw(self, context: Context) -> None:
+        material = context.material
+        if material is None:
+            return
+        layout = self.layout.column()
+        layout.use_property_split, layout.use_property_decorate = True, False
+        layout.enabled = is_editable(material)
+        dispersion = material.spectral.dispersion
+        layout.prop(dispersion, "source")
+        if dispersion.source == "ABBE":
+            layout.prop(dispersion, "abbe_number")
+        elif dispersion.source == "NAMED":
+            layout.prop(dispersion, "material")
+        if dispersion.source != "NONE":
+            hint = layout.column()
+            hint.active = False
+            text = (
+                "Glass, Refraction and Principled with transmission part white light into colors. It needs spectral "
+                "transport, and more samples than glass of one index."
+            )
+            wrapped(hint, context, text)
+
+
 class SPECTRAL_PT_light_spectrum(_PropertiesPanel, bpy.types.Panel):
     """Spectrum of the active light"""
 
@@ -151,6 +188,7 @@ register, unregister = bpy.utils.register_classes_factory(
     (
         SPECTRAL_PT_material_spectrum,
         SPECTRAL_PT_material_dyes,
+        SPECTRAL_PT_material_dispersion,
         SPECTRAL_PT_light_spectrum,
         SPECTRAL_PT_world_spectrum,
         SPECTRAL_PT_node_spectrum,

@@ -67,6 +67,40 @@ class SpectralCarriedDye(bpy.types.PropertyGroup):
     )  # fmt: skip
 
 
+DISPERSIONS = [
+    ("NONE", "None", "The same index of refraction at all wavelengths: that of the shader", 0),
+    ("ABBE", "Abbe Number", "The shader's index of refraction is that of yellow light, an Abbe number spreads it", 1),
+    ("NAMED", "Named", "The index of refraction of a glass or another clear material, in place of the shader's", 2),
+]
+CLEAR_MATERIALS = [
+    ("BK7", "Crown Glass (N-BK7)", "Index 1.517, Abbe number 64: windows, simple lenses", 0),
+    ("F2", "Flint Glass (F2)", "Index 1.620, Abbe number 36: prisms, cut glass", 1),
+    ("SF11", "Dense Flint (N-SF11)", "Index 1.785, Abbe number 26: strong colors", 2),
+    ("SILICA", "Fused Silica", "Index 1.458, Abbe number 68: laboratory glass", 3),
+    ("WATER", "Water", "Index 1.333, Abbe number 56", 4),
+    ("SAPPHIRE", "Sapphire", "Index 1.768, Abbe number 72: ruby and sapphire", 5),
+    ("DIAMOND", "Diamond", "Index 2.417, Abbe number 55", 6),
+]
+"""Identifiers as in ``spectral_core.spectra.refraction.NAMED_INDICES``."""
+
+
+class SpectralDispersion(bpy.types.PropertyGroup):
+    """How the index of refraction of a material's glass varies with wavelength."""
+
+    source: EnumProperty(
+        name="Dispersion", items=DISPERSIONS, default="NONE", update=tag,
+        description="How the index of refraction varies with wavelength, which parts white light into colors",
+    )  # fmt: skip
+    abbe_number: FloatProperty(
+        name="Abbe Number", default=40.0, min=5.0, max=200.0, soft_min=15.0, soft_max=95.0, precision=1, update=tag,
+        description="The smaller, the wider the colors part: crown glass 64, flint glass 36, dense flint 26",
+    )  # fmt: skip
+    material: EnumProperty(
+        name="Material", items=CLEAR_MATERIALS, default="F2", update=tag,
+        description="Glass or other clear material with a measured index of refraction",
+    )  # fmt: skip
+
+
 class SpectralSpectrum(bpy.types.PropertyGroup):
     """A spectrum, its source, and its values."""
 
@@ -111,10 +145,11 @@ class SpectralSpectrum(bpy.types.PropertyGroup):
     )  # fmt: skip
     samples: CollectionProperty(type=SpectralSample, name="Values")
     dyes: CollectionProperty(type=SpectralCarriedDye, name="Dyes")
+    dispersion: PointerProperty(type=SpectralDispersion, name="Dispersion")
     message: StringProperty(name="Message", description="Error of the choice; empty if none")
 
 
-CLASSES = (SpectralSample, SpectralCarriedDye, SpectralSpectrum)
+CLASSES = (SpectralSample, SpectralCarriedDye, SpectralDispersion, SpectralSpectrum)
 CARRIERS = ("Material", "Light", "World", "ShaderNode")
 
 

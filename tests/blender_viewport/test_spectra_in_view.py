@@ -45,6 +45,8 @@ def carrier(stage, name):
         stage.scene.world = stage.scene.world or bpy.data.worlds.new("World")
         return stage.scene.world
     if name == "material":
+        shader = next(each for each in stage.material.node_tree.nodes if each.type == "BSDF_PRINCIPLED")
+        shader.inputs["Transmission Weight"].default_value = 0.5  # its index of refraction counts
         return stage.material
     if name == "node":
         return colored_by_node(stage.material.node_tree, "BSDF_PRINCIPLED", "Base Color")
@@ -72,6 +74,9 @@ def edits(spectral, path, names):
     yield "dyes", lambda: setattr(spectral.dyes.add(), "amount", 0.5)
     for name, value in (("amount", 0.2), ("excitation_nm", 380.0), ("emission_nm", 620.0)):
         yield f"dyes.{name}", lambda name=name, value=value: setattr(spectral.dyes[0], name, value)
+    values = (("source", "ABBE"), ("abbe_number", 25.0), ("source", "NAMED"), ("material", "DIAMOND"))
+    for name, value in values:
+        yield f"dispersion.{name}", lambda name=name, value=value: setattr(spectral.dispersion, name, value)
     yield from to(source="NONE")
 
 

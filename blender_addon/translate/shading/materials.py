@@ -30,6 +30,7 @@ from ..displacement.nodes import raised_normal
 from ..displacement.offset import Displacement
 from . import media
 from .aovs import aov_outputs
+from .carried.dispersion import with_dispersion
 from .carried.dyes import with_dyes
 from .carried.spectrum import covers_texture, has_main_color, with_spectrum
 from .reader import Reader
@@ -114,6 +115,7 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
         surface = with_spectrum(surface, spectrum)
     if surface is not None:
         surface = with_dyes(translation, surface, material, spectrum)
+        surface = with_dispersion(translation, surface, material)
         if not getattr(material, "use_transparent_shadow", True):
             surface = _opaque_in_shadows(reader, surface)
     outputs = aov_outputs(reader, tree)

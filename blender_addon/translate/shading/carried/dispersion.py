@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The dispersion of a material, in the closures that refract light."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from spectral_core.scene import Computed, Glass, Principled, Surface, leaves, map_leaves
+from spectral_core.scene.surface import Closure
+from spectral_core.spectra.refraction import index_by_abbe, named_index
+
+from ...context import Translation
+
+
+def with_dispersion(translation: Translation, surface: Surface, material: Any) -> Surface:
+    """The surface with indices of refraction that vary with wavelength in Glass, Refraction and in Principled with
+    transmission.
+
+    A note says so if there is no such shader, or if an index varies over the surface, which has no Abbe number.
+    """
+    spectral = getattr(material, "spectral", None)
+    chosen = None if spectral is None else spectral.dispersion
+    if chosen is None or chosen.source == "NONE":
+        return surface
+    if not any(_refracts(leaf) for leaf in leaves(surface)):
+        translation.note(
+            material.name, "has dispersion, but no Glass or Refraction shader, and no Principled one with transmission"
+        )
+        return surface
+    named = named_index(chosen.material) if chosen.source == "NAMED" else None
+
+    def change(leaf: Closure) -> Surface:
+        if not isinstance(leaf, (Glass, Principled)) or not _refracts(leaf):
+            return leaf
+        if named is not None:
+            return replace(leaf, ior=named)
+        if isinstance(leaf.ior, Computed):
+            translation.note(
+                material.name, "its index of refraction varies over the surface, so its dispersion is left out; "
+                "unlink IOR, or choose a named material",
+            )  # fmt: skip
+            return leaf
+        # an index of 1 refracts nothing at any wavelength
+        return leaf if leaf.ior == 1.0 else replace(leaf, ior=index_by_abbe(float(leaf.ior), chosen.abbe_number))
+
+    return map_leaves(surface, change)
+
+
+def _refracts(leaf: Closure) -> bool:
+    if isinstance(leaf, Principled):
+        return isinstance(leaf.transmission, Computed) or leaf.transmission > 0
+    return isinstance(leaf, Glass)
