@@ -193,16 +193,16 @@ def test_light_along_a_path_may_come_as_a_plain_array(scene: Scene, monkeypatch:
     import drjit as dr
     import mitsuba as mi
 
-    from spectral_core.render.trace import path_limits
+    from spectral_core.render.trace.scene_path import scene_path_class
 
     shown = replace(scene, settings=replace(scene.settings, transport="spectral"))
-    before = _pictured(Stage(), shown, 1)
+    before = _pictured(Stage(), shown, 1)  # activates the variant
     seen = []
 
-    def plain(_clamps: object, value: object, _indirect: object) -> object:
+    def plain(_integrator: object, value: object, _indirect: object) -> object:
         seen.append(dr.llvm.ad.Array4f(*(value[k] for k in range(4))))  # type: ignore[index]
         return seen[-1]
 
-    monkeypatch.setattr(path_limits, "clamped", plain)
+    monkeypatch.setattr(scene_path_class(mi.variant()), "clamped", plain)
     np.testing.assert_allclose(_pictured(Stage(), shown, 1), before, atol=1e-6)
     assert len(seen) > 1 and mi.Spectrum is not dr.llvm.ad.Array4f

@@ -87,10 +87,10 @@ def test_a_descent_makes_no_evaluation_that_does_not_fit(monkeypatch: pytest.Mon
     half = FluorescentSpectra.half_round
     taken = []
 
-    def slow(self: FluorescentSpectra, side: str) -> object:
+    def slow(self: FluorescentSpectra, side: str, **options: bool) -> object:
         clock.now += 0.125
         taken.append(clock.now)
-        return half(self, side)  # type: ignore[arg-type]
+        return half(self, side, **options)  # type: ignore[arg-type]
 
     monkeypatch.setattr(FluorescentSpectra, "half_round", slow)
     dye = FluorescentDye.gaussian("green", 420, 530)
@@ -108,7 +108,7 @@ def test_dyes_are_designed_with_one_thread_of_blas(monkeypatch: pytest.MonkeyPat
 
     seen = []
 
-    def checked(self: FluorescentSpectra, side: str) -> tuple[float, float]:
+    def checked(self: FluorescentSpectra, side: str, **_options: bool) -> tuple[float, float]:
         seen.extend(each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas")
         return 0.0, 1.0
 
