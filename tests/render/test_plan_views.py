@@ -10,8 +10,21 @@ import pytest
 
 from spectral_core.render import plan_effects, plan_from_data
 from spectral_core.render.plan.simulated import simulated_scene
-from spectral_core.scene import Color, Emission, Film, Instance, Material, PointLight, Rays, RenderSettings, World
+from spectral_core.scene import (
+    Camera,
+    Color,
+    Emission,
+    Film,
+    Glass,
+    Instance,
+    Material,
+    PointLight,
+    Rays,
+    RenderSettings,
+    World,
+)
 from spectral_core.scene.camera import Panorama
+from spectral_core.spectra.refraction import index_by_abbe
 from tests.render.scenes import lit_plane, looking_down, matrix, plane
 
 LAMP = PointLight(name="lamp", world_from_light=matrix((0, 0, 3)), power_w=100)
@@ -57,3 +70,16 @@ def test_a_lamp_of_a_device_stays_however_small_it_is():
 
     assert row(0.01).is_on and row(0.01).error > 50.0
     assert not row(9.0).is_on and not row(0.01, hidden_from=Rays.CAMERA).is_on
+
+
+def test_a_3d_view_keeps_what_the_camera_of_its_scene_does_not_see():
+    """A view is seen from anywhere: with all objects behind that camera, lamps had hard shadows and glass no colors."""
+    away = Camera(world_from_camera=matrix((0, 0, -1)))  # looks down, below the floor
+    lamp = replace(LAMP, radius=0.1)
+    matt = replace(lit_plane(lamp), camera=away, settings=RenderSettings())
+    assert plan_from_data(matt, 0.25)["lamp_bodies"].value == "off"
+    assert plan_from_data(matt, 0.0, lights_vary=True)["lamp_bodies"].value == "on"
+    glass = replace(matt, materials=(Material("paper", Glass(ior=index_by_abbe(1.6, 30.0))),))
+    assert plan_from_data(glass, 0.25)["dispersion"].value == "off"
+    view = plan_from_data(glass, 0.0, lights_vary=True)
+    assert view["dispersion"].value == "on" and view.is_spectral

@@ -104,6 +104,8 @@ def _error_without_dispersion(found: Found) -> float:
     """A fringe of c pixels at an edge from black to white: the filter's largest slope, 1.1 per pixel."""
     if not found.inventory.dispersive:
         return 0.0
+    if found.is_exact:  # a view is seen from anywhere, not by the camera of the scene
+        return MOST_ERROR
     return min(MOST_ERROR, 110.0 * bounds.spread_of_dispersion(found.scene, found.materials, found.points))
 
 
@@ -111,9 +113,10 @@ def _dispersion(found: Found) -> Effect:
     inventory = found.inventory
     if not inventory.dispersive:
         return absent("dispersion", "every index of refraction is one number", DISPERSION_SHARE)
-    spread = bounds.spread_of_dispersion(found.scene, found.materials, found.points)
-    reason = f"the index of refraction varies with wavelength in {names(inventory.dispersive)}: {spread:.2g} pixels"
-    error = _error_without_dispersion(found)
+    reason, error = f"the index of refraction varies with wavelength in {names(inventory.dispersive)}", KEEP
+    if not found.is_exact:
+        spread = bounds.spread_of_dispersion(found.scene, found.materials, found.points)
+        reason, error = f"{reason}: {spread:.2g} pixels", _error_without_dispersion(found)
     loses = "no dispersion; everything refracts as at 589 nm"
     return Effect("dispersion", (Level("on"), Level("off", error, DISPERSION_SHARE)), reason, loses, "bounded", ON_OFF)
 
@@ -209,7 +212,7 @@ def _lamp_bodies(found: Found) -> Effect:
     levels = (Level("on"), Level("off", KEEP, TRANSPARENCY_SHARE))
     loses = "shadows are hard, and mirrors do not show the lamps"
     seen = found.inventory.glossy or found.inventory.refractive or any(light.camera_visible for light in balls)
-    if seen or found.inventory.media or found.scene.volumes:
+    if seen or found.inventory.media or found.scene.volumes or found.is_exact:  # a view is seen from anywhere
         reason = f"the size of {names(shown)} has a visible effect"
         return Effect("lamp_bodies", levels, reason, loses, "not known", ON_OFF)
     boxes = placed_boxes(found.scene.meshes, found.scene.instances)
