@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from spectral_core.scene import Computed, Glass, Principled, Surface, leaves, map_leaves
+from spectral_core.scene import Computed, Glass, Principled, Surface, leaves, map_leaves, nominal_ior
 from spectral_core.scene.surface import Closure
 from spectral_core.spectra.refraction import index_by_abbe, named_index
 
@@ -41,13 +41,14 @@ def with_dispersion(translation: Translation, surface: Surface, material: Any) -
                 "unlink IOR, or choose a named material",
             )  # fmt: skip
             return leaf
+        index = nominal_ior(leaf.ior)
         # an index of 1 refracts nothing at any wavelength
-        return leaf if leaf.ior == 1.0 else replace(leaf, ior=index_by_abbe(float(leaf.ior), chosen.abbe_number))
+        return leaf if index == 1.0 else replace(leaf, ior=index_by_abbe(index, chosen.abbe_number))
 
     return map_leaves(surface, change)
 
 
 def _refracts(leaf: Closure) -> bool:
     if isinstance(leaf, Principled):
-        return isinstance(leaf.transmission, Computed) or leaf.transmission > 0
+        return not isinstance(leaf.transmission, float) or leaf.transmission > 0  # a texture, or a number
     return isinstance(leaf, Glass)
