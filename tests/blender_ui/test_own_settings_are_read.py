@@ -96,7 +96,8 @@ NO_INPUT = {
         SpectralScene.* SpectralPalette.lights SpectralPalette.materials SpectralPaletteMaterial.cells
         SpectralPaletteMaterial.dyes SpectralPaletteMaterial.spectral SpectralPaletteLight.spectral
         SpectralPaletteLight.primaries SpectralPaletteLight.variants SpectralPaletteLamp.spectral
-        SpectralPaletteCell.others SpectralSpectrum.samples SpectralSpectrum.dyes SpectralLightDial.bulbs
+        SpectralPaletteCell.others SpectralSpectrum.samples SpectralSpectrum.dyes SpectralSpectrum.dispersion
+        SpectralLightDial.bulbs
         SpectralMixingBoard.bindings SpectralMixingBoard.orders SpectralSweep.parameters SpectralRender.overrides
         SpectralViewport.look SpectralViewport.other SpectralVolume.materials SpectralVolumeMaterial.spectral
         SpectralTextureDesign.wanted_colors SpectralTextureLight.spectral"""),
@@ -123,6 +124,8 @@ IN_A_TEST_OF_ITS_OWN = {
 
 
 BY_NAME = {
+    "blender/test_dispersion.py": "SpectralDispersion.source SpectralDispersion.abbe_number "
+                                  "SpectralDispersion.material",
     "blender_ui/test_palette_live.py": "SpectralPalette.live",
     "blender_ui/test_palette_possible.py": "SpectralPalette.possible_follows",
     "blender_ui/test_palette_solving.py": "SpectralPalette.show_curves",

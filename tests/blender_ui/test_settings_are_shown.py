@@ -30,6 +30,7 @@ NOT_IN_A_PANEL = {
     "SpectralPlanChoice.value": "chosen by an operator",
     "SpectralSample.value": "drawn as a curve",
     "SpectralSample.wavelength_nm": "drawn as a curve",
+    "SpectralSpectrum.dispersion": "its settings are drawn",
     "SpectralSpectrum.dyes": "each one is drawn",
     "SpectralSpectrum.interpolation": "of the source of the spectrum",
     "SpectralSpectrum.message": "drawn as text",
@@ -179,7 +180,7 @@ def filled(blender):
     owners = [
         ours.palette, light, material, cell, ours.render, ours.dial, ours.board, ours.sweep,
         ours.viewport, ours.viewport.look, ours.texture, ours.recipe, volume.spectral, opacity, painted.spectral,
-        lamp.spectral,
+        painted.spectral.dispersion, lamp.spectral,
     ]  # fmt: skip
     view = SimpleNamespace(type="VIEW_3D", shading=SimpleNamespace(type="RENDERED"))
     context = Context(
