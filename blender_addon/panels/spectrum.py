@@ -4,7 +4,7 @@
 from typing import ClassVar
 
 import bpy
-from bpy.types import ID, Context, Node, UILayout
+from bpy.types import ID, Context, Material, Node, UILayout
 
 from .parts import draw_spectrum, is_editable, wrapped
 
@@ -67,10 +67,10 @@ class SPECTRAL_PT_material_spectrum(_PropertiesPanel, bpy.types.Panel):
         return context.material
 
 
-class SPECTRAL_PT_material_dyes(bpy.types.Panel):
-    """Fluorescent dyes of the active material"""
+class _BelowMaterialSpectrum:
+    """Base of the panels below the spectrum of the active material."""
 
-    bl_label = "Fluorescence"
+    layout: UILayout
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "material"
@@ -87,6 +87,26 @@ class SPECTRAL_PT_material_dyes(bpy.types.Panel):
             return
         layout = self.layout.column()
         layout.enabled = is_editable(material)
+        self.draw_settings(layout, context, material)
+
+    def draw_settings(self, layout: UILayout, context: Context, material: Material) -> None:
+        """Draw the settings of a material; each panel defines it."""
+        raise NotImplementedError
+
+
+def _draw_hint(layout: UILayout, context: Context, text: str) -> None:
+    hint = layout.column()
+    hint.active = False
+    wrapped(hint, context, text)
+
+
+class SPECTRAL_PT_material_dyes(_BelowMaterialSpectrum, bpy.types.Panel):
+    """Fluorescent dyes of the active material"""
+
+    bl_label = "Fluorescence"
+
+    def draw_settings(self, layout: UILayout, context: Context, material: Material) -> None:
+        """Draw a box for each dye."""
         for index, dye in enumerate(material.spectral.dyes):
             box = layout.box()
             line = box.row()
@@ -96,36 +116,21 @@ class SPECTRAL_PT_material_dyes(bpy.types.Panel):
             line.operator("spectral.material_dye", text="", icon="X").index = index
             box.prop(dye, "amount", slider=True)
         layout.operator("spectral.material_dye", icon="ADD").index = -1
-        hint = layout.column()
-        hint.active = False
         text = (
             "A dye absorbs light and emits it at a longer wavelength. Visible with spectral transport, most under a "
             "violet or ultraviolet lamp."
         )
-        wrapped(hint, context, text)
+        _draw_hint(layout, context, text)
 
 
-class SPECTRAL_PT_material_dispersion(bpy.types.Panel):
+class SPECTRAL_PT_material_dispersion(_BelowMaterialSpectrum, bpy.types.Panel):
     """Dispersion of the active material's glass"""
 
     bl_label = "Dispersion"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "material"
-    bl_parent_id = "SPECTRAL_PT_material_spectrum"
-    bl_options: ClassVar[set[str]] = {"DEFAULT_CLOSED"}
 
-    @classmethod
-    def poll(cls, context: Context) -> bool:
-        return context.material is not None
-
-    def draw(self, context: Context) -> None:
-        material = context.material
-        if material is None:
-            return
-        layout = self.layout.column()
+    def draw_settings(self, layout: UILayout, context: Context, material: Material) -> None:
+        """Draw the choice, and the number or the name that belongs to it."""
         layout.use_property_split, layout.use_property_decorate = True, False
-        layout.enabled = is_editable(material)
         dispersion = material.spectral.dispersion
         layout.prop(dispersion, "source")
         if dispersion.source == "ABBE":
@@ -133,13 +138,11 @@ class SPECTRAL_PT_material_dispersion(bpy.types.Panel):
         elif dispersion.source == "NAMED":
             layout.prop(dispersion, "material")
         if dispersion.source != "NONE":
-            hint = layout.column()
-            hint.active = False
             text = (
-                "Glass, Refraction and Principled with transmission part white light into colors. It needs spectral "
-                "transport, and more samples than glass of one index."
+                "Glass, Refraction and Principled with transmission part white light into colors. Visible with "
+                "spectral transport; it needs more samples than glass of one index."
             )
-            wrapped(hint, context, text)
+            _draw_hint(layout, context, text)
 
 
 class SPECTRAL_PT_light_spectrum(_PropertiesPanel, bpy.types.Panel):

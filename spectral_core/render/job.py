@@ -41,6 +41,7 @@ DYES_IN_BANDS = (
     "dyes emit light at other wavelengths than they absorb, so the stored bands hold for lamps of the spectra that "
     "they are recorded with; record Mixtures for any other"
 )
+ONE_INDEX = "RGB transport refracts all light as at 589 nm, without its dispersion; choose spectral transport"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,6 +114,8 @@ class RenderJob:
         self._loaded_notes: tuple[Note, ...] = size_note(radius) + joining
         if measure.bands is not None and measure.groups and plan.is_on("fluorescence"):
             self._loaded_notes += (Note("Fluorescence", DYES_IN_BANDS),)
+        if not plan.is_spectral:
+            self._loaded_notes += tuple(Note(name, ONE_INDEX) for name in take_inventory(self.scene).dispersive)
         try:
             own_paths = not self.scene.volumes
             self._loaded = load_scene(

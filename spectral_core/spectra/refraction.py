@@ -103,9 +103,3 @@ def index_by_abbe(index_d: float, abbe_number: float) -> Spectrum:
     values = around + slope * (grid.wavelengths_nm**-2 - D_NM**-2)
     name = f"index {index:.4g}, Abbe number {abbe:.3g}"
     return Spectrum(name, grid, values if index >= 1.0 else 1.0 / values, source="Cauchy's equation")
-
-
-def abbe_number(index: Sellmeier) -> float:
-    """(n_d - 1) / (n_F - n_C)."""
-    at_d, at_f, at_c = index.at(np.array([D_NM, F_NM, C_NM]))
-    return float((at_d - 1.0) / (at_f - at_c))

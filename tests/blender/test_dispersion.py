@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from spectral_core.scene import leaves, nominal_ior
-from spectral_core.spectra.refraction import D_NM, NAMED_INDICES, named_index
+from spectral_core.spectra.refraction import NAMED_INDICES, named_index
 from spectral_core.spectra.spectrum import Spectrum
 
 bpy = pytest.importorskip("bpy")
@@ -23,7 +23,8 @@ def test_the_choices_of_the_panel_are_those_of_the_core():
 
     assert [item[0] for item in CLEAR_MATERIALS] == list(NAMED_INDICES)
     for name, _, text, _ in CLEAR_MATERIALS:
-        assert f"Index {NAMED_INDICES[name].at(D_NM):.3f}" in text
+        at_d, at_f, at_c = NAMED_INDICES[name].at(np.array([587.5618, 486.1327, 656.2725]))
+        assert f"Index {at_d:.3f}, Abbe number {(at_d - 1) / (at_f - at_c):.0f}" in text
 
 
 def test_glass_and_transmission_get_the_index_of_the_dispersion(build, translate):

@@ -183,6 +183,16 @@ def test_a_dispersive_ball_is_colored_and_a_plain_one_is_not():
     assert colored.sum() == pytest.approx(plain.sum(), rel=0.4)
 
 
+def test_rgb_transport_notes_the_dispersion_that_it_lacks():
+    scene = _prism("rgb")
+    small = replace(scene, film=replace(scene.film, width=8, height=2, samples=1))
+    notes = [note.subject for note in render_scene(small).notes if "dispersion" in note.message]
+    assert notes == ["glass"]
+    assert not [
+        note for note in render_scene(replace(small, settings=RenderSettings())).notes if "disper" in note.message
+    ]
+
+
 def test_dispersion_alone_makes_the_plan_spectral():
     from spectral_core.render import plan_effects
 
