@@ -15,9 +15,10 @@ from bpy.types import Scene
 from .deferred import RENDER_SECONDS, open_scene
 from .pauses import pause, paused_seconds
 
-PATIENCE_SECONDS = 0.03
-"""Wait for an answer that then appears without another redraw. The interface must not stop for 0.1 s, and on a machine
-whose processors are all at work a wait ends much later than it should.
+PATIENCE_SECONDS = 0.045
+"""Wait for an answer that then appears without another redraw, which takes longer than most answers. The interface must
+not stop for 0.1 s, the views wait for their pictures within the same time, and on a machine whose processors are all at
+work a wait ends later than it should.
 """
 POLL_SECONDS = 0.02
 

@@ -21,7 +21,7 @@ from spectral_core.palette.given import CellIndex, cell_index_of, sequence_of
 from spectral_core.palette.paint.fluorescence import dyed_colors
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.reachable import CellReach, NearestColor
-from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz, whitened
+from spectral_core.spectra.color import WHITE_XYZ, lab_from_linear_rgb, linear_rgb_from_xyz, whitened
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.observer import observer
 from spectral_core.spectra.spectrum import Illuminant
@@ -35,6 +35,8 @@ colors more, as they cost little.
 MORE_DIRECTIONS = 1500
 SECTION_LIMIT = 110.0
 """A section shows a* and b* from minus this to plus this."""
+SECTION_LIGHTNESS = 5.0, 95.0
+"""Least and greatest L* of the section of an answer: darker and lighter ones hold few colors."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -107,6 +109,49 @@ class PossibleColors:
         # gray, and that of a line lamp has no width at all.
         directions = np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1) @ whitened(self.reach.matrix)
         return directions, np.array([self.reach.extent(direction)[0] for direction in directions])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PossibleAnswer:
+    """The answer to whether a cell can show a color.
+
+    ``nearest``: the possible color that is nearest to it; ``conflicts``: the exact cells that exclude it, the strongest
+    first, each with the ΔE2000 that remains without it; ``alone``: the ΔE2000 that remains without all other cells;
+    ``open``: cells of the same row that may miss their targets; ``inside``: the possible colors of ``lightness``, as
+    ``PossibleColors.section``.
+    """
+
+    nearest: NearestColor
+    conflicts: tuple[tuple[CellIndex, float], ...]
+    alone: float
+    open: tuple[CellIndex, ...]
+    lightness: float
+    inside: NDArray[np.bool_]
+
+
+def possible_answer(
+    problem: PaletteProblem,
+    index: CellIndex,
+    linear_rgb: ArrayLike,
+    *,
+    lights: Sequence[Illuminant] | None = None,
+    dyes: Mapping[int, Sequence[FluorescentDye]] | None = None,
+    size: int = 64,
+    most_conflicts: int = 2,
+) -> PossibleAnswer:
+    """Whether a cell can show a wanted color, linear sRGB (3,), and what is in the way.
+
+    ``size``: of the section at the color's lightness, or at the nearest lightness at which a section shows something.
+    Other parameters and errors: as ``possible_colors``.
+    """
+    colors = possible_colors(problem, index, lights=lights, dyes=dyes)
+    nearest = colors.nearest(linear_rgb)
+    excluding = [cell for cell, _ in colors.in_the_way(nearest)[:most_conflicts]]
+    conflicts = tuple((cell, colors.without(cell, linear_rgb)) for cell in excluding)
+    alone = 0.0 if nearest.reachable else colors.alone(linear_rgb)
+    wanted = np.asarray(linear_rgb, dtype=np.float64)
+    lightness = float(np.clip(lab_from_linear_rgb(np.clip(wanted, 0, None))[0], *SECTION_LIGHTNESS))
+    return PossibleAnswer(nearest, conflicts, alone, colors.open, lightness, colors.section(lightness, size))
 
 
 def section_linear_rgb(lightness: float, size: int) -> Array:

@@ -13,6 +13,7 @@ from ...properties import hooks
 from ...properties.hooks import Topic
 from ...translate.palette.solution import show_stored_colors
 from ...translate.palette.table import fill_references, paused
+from ..apart import APART
 from ..behind import Behind
 from ..deferred import Deferred, redraw
 from . import names, picture, possible
@@ -189,4 +190,5 @@ def unregister() -> None:
     SOLVES.stop()
     FINISHES.stop()
     possible.ANSWERS.stop()
+    APART.end()
     forget_solutions()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.palette import PaletteProblem
-from spectral_core.palette.possible import SECTION_LIMIT, PossibleColors, possible_colors, section_linear_rgb
+from spectral_core.palette.possible import SECTION_LIMIT, PossibleAnswer, possible_answer, section_linear_rgb
 from spectral_core.palette.reachable import NearestColor
 from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
 from spectral_core.spectra.spectrum import Illuminant
@@ -23,6 +23,7 @@ from ...translate.palette.paint import Dyes, dyes_of, paint_of
 from ...translate.palette.problem import palette_problem
 from ...translate.palette.table import active_cell
 from ...translate.spectra.stored import spectrum_of
+from ..apart import APART
 from ..behind import Behind
 from ..deferred import redraw
 
@@ -85,10 +86,17 @@ def _wanted(cell: PropertyGroup) -> NDArray[np.float64]:
 def answered(question: Question) -> Answer:
     """The answer; reads nothing from Blender. Raises InvalidInputError if there is none."""
     dyes = dyes_of(dict(enumerate(question.dyes)))
-    colors = possible_colors(question.problem, question.place, lights=question.spectra, dyes=dyes)
-    found = colors.nearest(question.wanted)
-    words = "\n".join(_words(question, colors, found))
-    return Answer(question, found, words, _picture(colors, question.wanted, found))
+    ask = partial(
+        possible_answer,
+        question.problem,
+        question.place,
+        question.wanted,
+        lights=question.spectra,
+        dyes=dyes,
+        size=SIZE,
+    )
+    found = APART.call(ask)
+    return Answer(question, found.nearest, "\n".join(_words(question, found)), _picture(found, question.wanted))
 
 
 def keep(scene: Scene, known: Answer) -> PropertyGroup:
@@ -168,23 +176,22 @@ def is_possible(found: NearestColor) -> bool:
     return found.reachable or found.delta_e_2000 < NOTHING
 
 
-def _words(question: Question, colors: PossibleColors, found: NearestColor) -> list[str]:
+def _words(question: Question, answer: PossibleAnswer) -> list[str]:
     """Text of the answer."""
-    lights, wanted = question.lights, question.wanted
+    lights, found = question.lights, answer.nearest
     if is_possible(found):
         lines = ["Possible."]
     else:
         lines = [f"Not possible; the color that is nearest in CIELAB is ΔE2000 {found.delta_e_2000:.1f} away."]
-        for (row, column), _ in colors.in_the_way(found)[:2]:
-            left = colors.without((row, column), wanted)
+        for (row, column), left in answer.conflicts:
             of_other = "" if row == question.place[0] else f" of {question.materials[row]}"
             lines.append(
                 f"Conflict: the exact color{of_other} under {lights[column]}. {_without(left, found.delta_e_2000)}"
             )
-        if colors.alone(wanted) > VISIBLE:
+        if answer.alone > VISIBLE:
             lines.append("No reflectance has it, even without the other cells. More light or another lamp helps.")
-    if colors.open:
-        names = ", ".join(lights[column] for _, column in colors.open)
+    if answer.open:
+        names = ", ".join(lights[column] for _, column in answer.open)
         lines.append(f"Targets under {names} are not exact, so they may be missed.")
     return lines
 
@@ -199,16 +206,13 @@ def _without(left: float, before: float) -> str:
     return f"Without it a color may be nearer in CIELAB, but ΔE2000 does not fall ({left:.1f})."
 
 
-def _picture(colors: PossibleColors, wanted: NDArray[np.float64], found: NearestColor) -> NDArray[np.float32]:
+def _picture(answer: PossibleAnswer, wanted: NDArray[np.float64]) -> NDArray[np.float32]:
     """Section of the set at the wanted lightness, (SIZE, SIZE, 4), b* upward."""
-    lab = lab_from_linear_rgb(np.clip(wanted, 0, None))
-    lightness = float(np.clip(lab[0], 5, 95))
-    inside = colors.section(lightness, SIZE)
-    shown = display_rgb_from_linear(np.clip(section_linear_rgb(lightness, SIZE), 0, 1))
-    picture = np.where(inside[..., None], shown, 0.12 + 0.12 * shown)
-    picture = _marked(picture, lab, ring=True)
-    if not is_possible(found):
-        picture = _marked(picture, lab_from_linear_rgb(np.clip(found.color, 0, None)), ring=False)
+    shown = display_rgb_from_linear(np.clip(section_linear_rgb(answer.lightness, SIZE), 0, 1))
+    picture = np.where(answer.inside[..., None], shown, 0.12 + 0.12 * shown)
+    picture = _marked(picture, lab_from_linear_rgb(np.clip(wanted, 0, None)), ring=True)
+    if not is_possible(answer.nearest):
+        picture = _marked(picture, lab_from_linear_rgb(np.clip(answer.nearest.color, 0, None)), ring=False)
     return np.concatenate([picture, np.ones((SIZE, SIZE, 1))], axis=2).astype(np.float32)
 
 

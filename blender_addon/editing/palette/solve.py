@@ -5,6 +5,7 @@ import traceback
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from bpy.types import PropertyGroup, Scene
@@ -16,6 +17,7 @@ from ...translate.palette.paint import Paint, paint_of, solver_of
 from ...translate.palette.problem import palette_problem, takes_seconds
 from ...translate.palette.solution import store_solution
 from ...translate.palette.table import paused
+from ..apart import APART
 from . import names, picture
 from .session import fingerprint, forget_sessions, live_solution, same_problem, same_table
 
@@ -97,7 +99,9 @@ def finishing_solve(scene: Scene) -> Solve | None:
         return None
     # A common brightness is computed anew: from a brightened solution it would only grow.
     before = None if palette.scale_lights else _last.get(scene.session_uid)
-    return _read(scene, lambda problem: Solve(problem, lambda: solve_palette(problem, warm=before)))
+    return _read(
+        scene, lambda problem: Solve(problem, lambda: APART.call(partial(solve_palette, problem, warm=before)))
+    )
 
 
 def known_solve(scene: Scene) -> Solve | None:
