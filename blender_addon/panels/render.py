@@ -12,7 +12,7 @@ from .. import jobs
 from ..drawing.text import text_width
 from ..editing.waiting import is_waiting
 from ..operators.render import SPECTRAL_OT_cost
-from .parts import CLIP_PIXELS, ICON_PIXELS, column_room, wrapped
+from .parts import BUTTON_PIXELS, CLIP_PIXELS, ICON_PIXELS, column_room, wrapped
 from .shared import ENGINE
 
 LEFT_OUT = ("off", "none", "0")
@@ -168,7 +168,7 @@ def _name_share(context: Context, name: str, beside: Sequence[str]) -> float | N
     and Blender would cut off the name.
     """
     room = column_room(context, 1) - BOX_PIXELS
-    needed = ICON_PIXELS + text_width(name, context) + CLIP_PIXELS
+    needed = ICON_PIXELS + text_width(name, context) + BUTTON_PIXELS
     buttons = ICON_PIXELS + sum(text_width(text, context) + CLIP_PIXELS for text in beside)
     return needed / room if needed + buttons <= room else None
 
@@ -202,12 +202,13 @@ def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None
 
 
 def _figures(line: PropertyGroup) -> str:
-    """Error of omitting an effect, and its share of the time."""
+    """Error of omitting an effect, and its share of the time, which one that is left out does not take."""
     share = f"{100 * line.time_share:.0f} % of the time"
+    takes = f"it would take {share}" if line.value in LEFT_OUT else f"it takes {share}"
     if "ΔE" in line.cost:  # said above
-        return f"It takes {share}."
+        return f"{takes[:1].upper()}{takes[1:]}."
     error = "error not known" if line.error < 0 else f"ΔE {line.error:.2g} without it ({line.how})"
-    return f"{error[:1].upper()}{error[1:]}, {share}."
+    return f"{error[:1].upper()}{error[1:]}{f'; {takes}' if line.value in LEFT_OUT else f', {share}'}."
 
 
 class _PassesPanel(_RenderPanel):

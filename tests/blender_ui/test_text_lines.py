@@ -68,11 +68,12 @@ def test_a_volume_shows_its_size_and_values_in_full(blender) -> None:
 
 
 @pytest.mark.parametrize("width", [200, 252, 300, 420])
-@pytest.mark.parametrize(("name", "choices"), [("transparent_shadows", "on|off"), ("transport", "rgb|spectral")])
+@pytest.mark.parametrize(
+    ("name", "choices"), [("refractive_caustics", "on|off"), ("transport", "rgb|spectral"), ("fluorescence", "off")]
+)
 def test_the_plan_names_effects_in_full(width: int, name: str, choices: str) -> None:
     """A properties editor of Blender's own width showed "Transparen…" and "Refractive …" beside their buttons."""
     from blender_addon.drawing.text import text_width
-    from blender_addon.panels.parts import ICON_PIXELS
     from blender_addon.panels.render import _draw_decision
 
     shares: list[float] = []
@@ -93,5 +94,13 @@ def test_the_plan_names_effects_in_full(width: int, name: str, choices: str) -> 
     _draw_decision(Layout(), context, line)
     title = name.replace("_", " ").capitalize()
     for share in shares:  # none: the buttons are below the name
-        assert share * (width - 43) > ICON_PIXELS + text_width(title, context)
+        assert share * (width - 33) > text_width(title, context) + 38  # as seen in a window of 4.3
     assert shares or width < 300
+
+
+def test_an_effect_that_is_left_out_does_not_take_its_share_of_the_time() -> None:
+    from blender_addon.panels.render import _figures
+
+    line = SimpleNamespace(value="off", cost="", error=0.0, how="exact", time_share=0.5)
+    assert _figures(line) == "ΔE 0 without it (exact); it would take 50 % of the time."
+    assert _figures(SimpleNamespace(**{**vars(line), "value": "on"})) == "ΔE 0 without it (exact), 50 % of the time."
