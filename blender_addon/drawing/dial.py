@@ -21,8 +21,8 @@ from .overlay import FONT, Color, draw_line, draw_triangles, write
 
 DISC_COLOR = (0.07, 0.07, 0.08, 0.80)
 TOOLTIP_COLOR = (0.05, 0.05, 0.06, 0.97)
-"""Nearly opaque: the tooltip lies over plots and names."""
-LABEL_COLOR = (0.05, 0.05, 0.06, 0.85)
+"""Nearly opaque: the tooltip lies over plots and names, and a seventh of a bright picture is a middle gray."""
+LABEL_COLOR = (0.05, 0.05, 0.06, 0.97)
 RIM_COLOR = (1.0, 1.0, 1.0, 0.25)
 SPOKE_COLOR = (1.0, 1.0, 1.0, 0.10)
 TEXT = (1.0, 1.0, 1.0, 0.85)

@@ -12,7 +12,7 @@ from bpy.types import PropertyGroup
 from ..editing.dial.live import shares_of
 from ..editing.dial.names import name_of
 from .covered import dial_beside
-from .dial_shape import LABEL_ROOM, DialShape, strongest_first, without_overlaps
+from .dial_shape import LABEL_ROOM, DialShape, percent, strongest_first, without_overlaps
 from .text import told_apart
 
 FONT = 0
@@ -70,7 +70,7 @@ def labels_of(shape: DialShape, dial: PropertyGroup, shares: np.ndarray) -> list
     """
     names, is_crowded = _names(shape, dial), len(shares) > MOST_FULL_NAMES
     texts = [
-        f"{name}  {100 * share:.0f} %" if bulb.is_on else f"{name}  off"
+        f"{name}  {percent(share)}" if bulb.is_on else f"{name}  off"
         for name, share, bulb in zip(names, shares, dial.bulbs, strict=True)
     ]
     # placed by their widest texts, so that no text changes its place while the dial is turned

@@ -151,6 +151,11 @@ def strongest_first(shares: ArrayLike) -> list[int]:
     return [int(k) for k in np.argsort(-np.asarray(shares).round(SHARE_DIGITS), kind="stable")]
 
 
+def percent(share: float) -> str:
+    """A share in whole percent; equal shares read alike, whatever their last digits: eight of them are 13 % each."""
+    return f"{int(np.floor(100 * round(float(share), 6) + 0.5))} %"
+
+
 def fitting(lines: Sequence[str], most: int) -> list[str]:
     """At most so many lines; the last one counts those that are left out."""
     if len(lines) <= max(most, 1):

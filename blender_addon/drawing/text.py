@@ -64,19 +64,43 @@ def _width(text: str, points: float) -> float:
 
 
 def told_apart(names: Sequence[str], room: float, width: Callable[[str], float]) -> list[str]:
-    """Distinct names of at most this width each: a common prefix is shortened first."""
+    """Names of at most this width each, distinct where there is room for what differs: first what they begin with
+    alike is shortened, then the words that they end with alike. No number is cut in two.
+    """
     if all(width(name) <= room for name in names):
         return list(names)
+    first = _common(names, str.isdigit)
+    last = _common([name[first:][::-1] for name in names], str.isalnum)
+    shown = [name if width(name) <= room else _shortened(name, first, last, room, width) for name in names]
+    alike: dict[str, list[int]] = {}
+    for number, text in enumerate(shown):
+        alike.setdefault(text, []).append(number)
+    for numbers in alike.values():
+        if 1 < len(numbers) < len(names):  # they have more in common with each other than with all
+            some = told_apart([names[number] for number in numbers], room, width)
+            for number, text in zip(numbers, some, strict=True):
+                shown[number] = text
+    return shown
+
+
+def _common(names: Sequence[str], belongs: Callable[[str], bool]) -> int:
+    """Letters that several names begin with alike, without the last ones that belong together with the next ones."""
+    if len(names) < 2:
+        return 0
     alike = [len(set(letters_here)) == 1 for letters_here in zip(*names, strict=False)]
-    common = (alike.index(False) if False in alike else len(alike)) if len(names) > 1 else 0
-    return [name if width(name) <= room else _shortened(name, common, room, width) for name in names]
+    common = alike.index(False) if False in alike else len(alike)
+    while common and belongs(names[0][common - 1]):
+        common -= 1
+    return common
 
 
-def _shortened(name: str, common: int, room: float, width: Callable[[str], float]) -> str:
-    differing = name[common:].strip()
-    if common and differing and width(f"…{differing}") <= room:
-        most = len(name) - len(differing) - 1
-        return _longest(lambda kept: f"{name[:kept].rstrip()}…{differing}", most, room, width)
+def _shortened(name: str, first: int, last: int, room: float, width: Callable[[str], float]) -> str:
+    """A name whose first and last letters, so many, are those of other names too."""
+    for end in dict.fromkeys([len(name), len(name) - last]):
+        differing, rest = name[first:end].strip(), "" if end == len(name) else "…"
+        if first and differing and width(f"…{differing}{rest}") <= room:
+            most = len(name) - len(differing) - 1
+            return _longest(lambda kept: f"{name[:kept].rstrip()}…{differing}{rest}", most, room, width)  # noqa: B023
     return _longest(
         lambda kept: f"{name[: kept // 2]}…{name[len(name) - (kept + 1) // 2 :]}", len(name) - 1, room, width
     )

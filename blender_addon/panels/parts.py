@@ -22,6 +22,10 @@ PANEL_PIXELS = 56.0
 """Width of the margins of a panel, with the tabs at its side."""
 TAB_PIXELS = 20.0
 """Width of the tabs at the edge of a sidebar."""
+GAP_PIXELS = 10.0
+"""Between the columns of a grid whose buttons are not aligned."""
+CLIP_PIXELS = 6.0
+"""What Blender keeps free of a centered text in a button; it cuts off the end of a longer text."""
 LEAST_LINE = 130.0
 """Unscaled pixels of a line in a panel that is too narrow to read."""
 UNIT = re.compile(r"(?<=ΔE) (?=\d)|(?<=\bR[afg]) (?=\d)|(?<=\d) (?=(?:MB|GB|nm|dB|ms|s|min|h|K|W|g|%)(?![\w]))")
@@ -34,13 +38,23 @@ def width_of(context: Context) -> float:
     return context.region.width / scale if context.region else 300.0
 
 
+def column_room(context: Context, columns: int) -> float:
+    """Unscaled pixels that a text has in one of so many even columns of a grid that fills the panel."""
+    margins = PANEL_PIXELS - TAB_PIXELS + _tabs(context)
+    return (width_of(context) - margins - (columns - 1) * GAP_PIXELS) / columns - CLIP_PIXELS
+
+
+def _tabs(context: Context) -> float:
+    """Unscaled pixels of the tabs at the side of a sidebar; other regions have none."""
+    return TAB_PIXELS if context.region and getattr(context.region, "type", "") == "UI" else 0.0
+
+
 def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", indent: float = 40.0) -> None:
     """A text in as many lines as the panel's width requires; a number stays on the line of its unit."""
     text = UNIT.sub("\u00a0", text)
     column = layout.column(align=True)
     column.scale_y = 0.8
-    tabs = TAB_PIXELS if context.region and getattr(context.region, "type", "") == "UI" else 0.0
-    room = width_of(context) - tabs - indent - (0.0 if icon == "NONE" else ICON_PIXELS)
+    room = width_of(context) - _tabs(context) - indent - (0.0 if icon == "NONE" else ICON_PIXELS)
     for number, line in enumerate(lines_in(text, max(room, LEAST_LINE), context)):
         shown = icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE")
         column.label(text=line, icon=shown, translate=False)  # a line may be one word that Blender translates

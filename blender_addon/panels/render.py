@@ -1,18 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Render settings, and the plan: simulated effects, reasons, and the error without each."""
 
+from collections.abc import Sequence
+
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
 from spectral_core.errors import counted
 
 from .. import jobs
+from ..drawing.text import text_width
 from ..editing.waiting import is_waiting
 from ..operators.render import SPECTRAL_OT_cost
-from .parts import wrapped
+from .parts import BUTTON_PIXELS, CLIP_PIXELS, ICON_PIXELS, column_room, wrapped
 from .shared import ENGINE
 
 LEFT_OUT = ("off", "none", "0")
+BOX_PIXELS = 10.0
+"""Unscaled pixels of the margins of a box in a panel."""
 WORDS = {"rgb": "RGB", "uv": "UV", "on": "On", "off": "Off", "none": "None"}
 
 
@@ -158,17 +163,29 @@ def words(identifier: str) -> str:
     return WORDS.get(identifier) or identifier.replace("_", " ").capitalize()
 
 
+def _name_share(context: Context, name: str, beside: Sequence[str]) -> float | None:
+    """Share of the width of a box that a name with its icon needs beside buttons; None if there is no room for both,
+    and Blender would cut off the name.
+    """
+    room = column_room(context, 1) - BOX_PIXELS
+    needed = ICON_PIXELS + text_width(name, context) + BUTTON_PIXELS
+    buttons = ICON_PIXELS + sum(text_width(text, context) + CLIP_PIXELS for text in beside)
+    return needed / room if needed + buttons <= room else None
+
+
 def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None:
     """Draw one decision: value, reason, and the other choices."""
-    # a row without buttons has room for a longer name
-    head = box.split(factor=0.5 if "|" in line.choices and not line.is_artists else 0.65)
+    is_chosen_here = "|" in line.choices and line.is_overridable and not line.is_artists
+    texts = [words(each) for each in (line.choices.split("|") if is_chosen_here else [line.value])]
+    share = _name_share(context, words(line.name), texts)
+    head = box.row() if share is None else box.split(factor=max(share, 0.5))
     head.label(text=words(line.name), icon="USER" if line.is_artists else "DOT")
-    value = head.row(align=True)
+    value = (box if share is None else head).row(align=True)
     value.alignment = "RIGHT"
     if line.is_artists:
         value.label(text=words(line.value))
         value.operator("spectral.plan_release", text="", icon="X").effect = line.name
-    elif line.is_overridable and "|" in line.choices:
+    elif is_chosen_here:
         for choice in line.choices.split("|"):
             override = value.operator("spectral.plan_override", text=words(choice), depress=choice == line.value)
             override.effect, override.value = line.name, choice
@@ -185,12 +202,13 @@ def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None
 
 
 def _figures(line: PropertyGroup) -> str:
-    """Error of omitting an effect, and its share of the time."""
+    """Error of omitting an effect, and its share of the time, which one that is left out does not take."""
     share = f"{100 * line.time_share:.0f} % of the time"
+    takes = f"it would take {share}" if line.value in LEFT_OUT else f"it takes {share}"
     if "ΔE" in line.cost:  # said above
-        return f"It takes {share}."
+        return f"{takes[:1].upper()}{takes[1:]}."
     error = "error not known" if line.error < 0 else f"ΔE {line.error:.2g} without it ({line.how})"
-    return f"{error[:1].upper()}{error[1:]}, {share}."
+    return f"{error[:1].upper()}{error[1:]}{f'; {takes}' if line.value in LEFT_OUT else f', {share}'}."
 
 
 class _PassesPanel(_RenderPanel):

@@ -21,6 +21,8 @@ from ..translate.volume_looks.transfer import curve_ends
 from .parts import draw_curve, draw_source, draw_swatches, is_editable, takes_from_palette, wrapped
 
 LIGHT_GRID = SpectralGrid.uniform(380.0, 780.0, 5.0)
+TITLE_SHARE = 0.66
+"""Share of the width that the title of a curve has: all of it in a properties editor of Blender's own width."""
 
 
 def scene_light(scene: Scene) -> Illuminant:
@@ -118,7 +120,7 @@ class SPECTRAL_PT_volume(_VolumePanel, bpy.types.Panel):
         layout.enabled = is_editable(data)
         layout.active = settings.enabled
         if settings.facts:
-            layout.label(text=settings.facts, icon="VOLUME_DATA", translate=False)
+            wrapped(layout, context, settings.facts, icon="VOLUME_DATA")
         row = layout.row(align=True)
         row.operator_menu_enum("spectral.transfer_preset", "preset", text="Preset")
         row.operator("spectral.transfer_import", text="", icon="IMPORT")
@@ -171,7 +173,7 @@ def _draw_curve_of(
     layout: UILayout, data: Volume, entry: PropertyGroup, which: str, title: str, *, strength: str
 ) -> None:
     box = layout.box()
-    row = box.row()
+    row = box.split(factor=TITLE_SHARE)
     row.label(text=title)
     row.prop(entry, strength, text="")
     node = curve_node(data, entry, which)

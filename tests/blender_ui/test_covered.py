@@ -120,3 +120,13 @@ def test_the_dial_is_beside_the_sidebar_of_a_narrow_view(room: float, scale: flo
 def test_a_sidebar_with_room_for_the_dial_does_not_change_it() -> None:
     bare, beside = (DialShape.in_region(1200.0, 700.0, left=60.0, right=right) for right in (0.0, 292.0))
     assert (bare.x, bare.y, bare.unit) == (beside.x, beside.y, beside.unit)
+
+
+@pytest.mark.parametrize("count", range(2, 25))
+def test_equal_shares_read_alike(count):
+    """Eight bulbs at the center read 12 % and 13 %, by the last digits of 0.125."""
+    from blender_addon.drawing.dial_shape import percent
+    from spectral_core.render.relight.dial import bulbs_on_polygon, dial_weights
+
+    shown = {percent(share) for share in dial_weights((0.0, 0.0), bulbs_on_polygon(count))}
+    assert shown == {f"{(200 + count) // (2 * count)} %"}  # halves are rounded up

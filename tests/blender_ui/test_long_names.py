@@ -11,7 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from blender_addon.drawing.text import text_width, told_apart  # noqa: E402
-from blender_addon.panels.parts import names_in  # noqa: E402
+from blender_addon.panels.parts import column_room, names_in  # noqa: E402
 
 WALLS = [f"Wall paint of the left corridor {number}" for number in range(1, 41)]
 
@@ -59,6 +59,41 @@ def test_names_are_shortened_by_their_width_and_stay_apart():
     assert told_apart(["WWWW", "W"], 36.0, wide)[1] == "W"
     assert told_apart(["Mill", "Hill"], 20.0, wide) == ["Mill", "Hill"]  # four narrow letters fit
     assert told_apart(["Anything"], 1.0, wide) == ["…"]
+
+
+def test_a_number_at_the_end_of_a_name_is_not_cut_in_two():
+    halls = [f"Painted wall, hall {number}" for number in range(100, 105)]
+    assert told_apart(halls, 60.0, lambda text: 6.0 * len(text))[:2] == ["Painte…100", "Painte…101"]
+
+
+def test_names_that_differ_in_their_middle_stay_apart():
+    """Three columns read "S…)" beside a fourth lamp with another name, and two read "Stre…0 W)"."""
+
+    def wide(text: str) -> float:
+        return 6.0 * len(text)
+
+    lamps = [f"Street lamp at the corner (HPS {power} W)" for power in (10, 40, 70)]
+    assert told_apart([*lamps, "Lamp with another name"], 36.0, wide) == ["…10 W)", "…40 W)", "…70 W)", "La…ame"]
+    kinds = [f"Street lamp at the corner ({kind} 70 W)" for kind in ("HPS", "LED")]
+    assert told_apart(kinds, 48.0, wide) == ["Str…HPS…", "Str…LED…"]
+    assert told_apart(["Wall 10, left side", "Wall 10, right side"], 54.0, wide) == ["Wal…left…", "Wa…right…"]
+    assert told_apart(["The same long name"] * 2, 36.0, wide) == ["Th…ame"] * 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "width", "columns", "button"),
+    [("UI", 291, 3, 72.0), ("UI", 291, 4, 51.5), ("UI", 291, 5, 39.0), ("WINDOW", 247, 4, 45.5)],
+)
+def test_names_have_the_room_of_the_table_that_blender_draws(kind, width, columns, button):
+    """``button``: pixels in a window of Blender 4.3 whose interface has 25 pixels for 24. Blender cut off
+    the end of "Very…rechts", which was made for a table without gaps in a panel without tabs.
+    """
+    scale = 25 / 24
+    context: Any = SimpleNamespace(
+        region=SimpleNamespace(width=width, type=kind),
+        preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=scale)),
+    )
+    assert button / scale - 10.0 < column_room(context, columns) < button / scale - 5.0
 
 
 def test_the_names_of_a_large_table_end_differently(large):

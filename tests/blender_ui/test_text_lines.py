@@ -34,3 +34,73 @@ def test_a_word_longer_than_a_line_is_divided() -> None:
     lines = lines_in(f"at {'long' * 40} end", 150.0, SimpleNamespace(preferences=None))
     assert "".join(lines).replace(" ", "") == f"at{'long' * 40}end" and len(lines) > 4
     assert lines_in("", 150.0, SimpleNamespace(preferences=None)) == []
+
+
+def test_a_volume_shows_its_size_and_values_in_full(blender) -> None:
+    """A properties editor of Blender's own width cut off the range of the values, and the titles of curves."""
+    from blender_addon.drawing.text import text_width
+    from blender_addon.panels.parts import column_room
+    from blender_addon.panels.volume import TITLE_SHARE, SPECTRAL_PT_volume
+
+    shown: list[str] = []
+
+    class Layout:
+        def label(self, text: str = "", **_options: object) -> None:
+            shown.append(text)
+
+        def __getattr__(self, _name: str) -> object:
+            return lambda *_arguments, **_options: self
+
+    data = bpy.data.volumes.new("scan")
+    data.spectral.facts = "512 × 512 × 512 voxels of int16, -1024 to 3071"
+    data.spectral.materials.add()
+    region = SimpleNamespace(width=240, type="WINDOW")
+    context = SimpleNamespace(
+        scene=bpy.context.scene, region=region, preferences=None, volume=data, object=bpy.data.objects.new("scan", data)
+    )
+    SPECTRAL_PT_volume.draw(SimpleNamespace(layout=Layout()), context)
+    room = column_room(context, 1)
+    facts = [line for line in shown if line and line in data.spectral.facts]
+    assert " ".join(facts) == data.spectral.facts
+    assert max(text_width(line, context) for line in facts) < room - 20  # beside the icon
+    titles = [line for line in shown if line.endswith("over the data")]
+    assert len(titles) == 2 and max(text_width(line, context) for line in titles) < TITLE_SHARE * (room - 14)
+
+
+@pytest.mark.parametrize("width", [200, 252, 300, 420])
+@pytest.mark.parametrize(
+    ("name", "choices"), [("refractive_caustics", "on|off"), ("transport", "rgb|spectral"), ("fluorescence", "off")]
+)
+def test_the_plan_names_effects_in_full(width: int, name: str, choices: str) -> None:
+    """A properties editor of Blender's own width showed "Transparen…" and "Refractive …" beside their buttons."""
+    from blender_addon.drawing.text import text_width
+    from blender_addon.panels.render import _draw_decision
+
+    shares: list[float] = []
+
+    class Layout:
+        def split(self, factor: float) -> Layout:
+            shares.append(factor)
+            return self
+
+        def __getattr__(self, _name: str) -> object:
+            return lambda *_arguments, **_options: self
+
+    line = SimpleNamespace(
+        name=name, value="off", choices=choices, is_overridable=True, is_artists=False, reason="", cost="", error=0.0,
+        time_share=0.0, how="exact",
+    )  # fmt: skip
+    context = SimpleNamespace(region=SimpleNamespace(width=width, type="WINDOW"), preferences=None)
+    _draw_decision(Layout(), context, line)
+    title = name.replace("_", " ").capitalize()
+    for share in shares:  # none: the buttons are below the name
+        assert share * (width - 33) > text_width(title, context) + 38  # as seen in a window of 4.3
+    assert shares or width < 300
+
+
+def test_an_effect_that_is_left_out_does_not_take_its_share_of_the_time() -> None:
+    from blender_addon.panels.render import _figures
+
+    line = SimpleNamespace(value="off", cost="", error=0.0, how="exact", time_share=0.5)
+    assert _figures(line) == "ΔE 0 without it (exact); it would take 50 % of the time."
+    assert _figures(SimpleNamespace(**{**vars(line), "value": "on"})) == "ΔE 0 without it (exact), 50 % of the time."

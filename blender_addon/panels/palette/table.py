@@ -7,7 +7,7 @@ from ...drawing.icons import curve_icon
 from ...drawing.text import text_width
 from ...properties.palette_cell import MODES
 from ...translate.palette.table import palette_of
-from ..parts import BUTTON_PIXELS, ICON_PIXELS, names_in, width_of
+from ..parts import BUTTON_PIXELS, ICON_PIXELS, column_room, names_in, width_of
 
 MODE_ICON = {identifier: "NONE" if icon == "COLOR" else icon for identifier, _, _, icon, _ in MODES}
 LEAST_CELL = 46.0
@@ -25,10 +25,10 @@ def draw_table(layout: UILayout, context: Context, palette: PropertyGroup) -> No
         _draw_pages(layout, shown, len(palette.lights))
     columns = len(shown) + 1
     flow = layout.grid_flow(row_major=True, columns=columns, even_columns=True, even_rows=False, align=False)
-    room = width / columns
+    room, of_names = width / columns, column_room(context, columns)
     flow.column().label(text="")
-    lights = names_in([light.name for light in palette.lights], room - BUTTON_PIXELS, context)
-    materials = names_in([material.name for material in palette.materials], room - BUTTON_PIXELS, context)
+    lights = names_in([light.name for light in palette.lights], of_names, context)
+    materials = names_in([material.name for material in palette.materials], of_names, context)
     for column in shown:
         _draw_head(flow, palette.lights[column], lights[column], {"column": column}, room)
     for row, material in enumerate(palette.materials):
