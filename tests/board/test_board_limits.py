@@ -113,27 +113,6 @@ def test_a_control_is_learned_after_a_twentieth_of_its_travel(travel: float, is_
     assert [change.value for change in changes] == ([travel] if is_learned else [])
 
 
-def test_a_target_that_is_gone_before_a_control_moves_is_not_bound() -> None:
-    """Its error ended the poll, and the timer of a session with it: no fader moved anything from then on."""
-    numbers = Numbers({"a": 0.5})
-    board = Board(numbers.__getitem__)
-    board.bind(Binding(SLIDER, "a"))
-    board.learn("gone")
-    other = Control("cc", 3, "9")
-    for place in (0.0, 0.75):
-        board.receive(SLIDER, place, time=0.0)
-        board.receive(other, place, time=0.0)
-
-    def range_of(target: str) -> tuple[float, float]:
-        raise InvalidInputError(f"this file has no {target!r}")
-
-    assert [change.value for change in board.poll(range_of)] == [0.75]
-    assert (board.learning, board.not_learned) == (None, "this file has no 'gone'")
-    assert board.bindings == (Binding(SLIDER, "a"),)
-    board.learn("a")
-    assert board.not_learned == ""
-
-
 def test_the_control_with_the_longest_travel_is_learned() -> None:
     board = Board({"a": 0.0}.__getitem__)
     board.learn("a")

@@ -39,11 +39,8 @@ from .settings import follow_palette, setting_at
 
 PACKAGE = __package__.rsplit(".", 2)[0]
 LIGHT_PATH, LOOK_PATH = "bpy.data.lights[", ".spectral.viewport.look."
-SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
-    ".spectral.render.samples",
-    ".spectral.render.seed",
-    ".render.resolution_percentage",
-)
+SAMPLES_PATH, SEED_PATH = ".spectral.render.samples", ".spectral.render.seed"
+SIZE_PATH = ".render.resolution_percentage"
 GOAL_PATHS = (".spectral.render.goal", ".spectral.render.target_error", ".spectral.render.time_budget")
 
 _SHARES = (1.0, 0.97, 0.37, 0.03, 0.0)
@@ -112,9 +109,8 @@ class BlendNode:
         print_, node = scene_hash(made), replace(node, not_linear=not_linear(made))
         mark = recording_mark(made) if node.relights else ""
         look, sweeps_look = look_matrix(bpy.context.scene), any(LOOK_PATH in path for _, path in paths)
-        mark += (
-            f"{look.tolist()}" if sweeps_look or not np.array_equal(look, np.eye(3)) else ""
-        )  # as before without one
+        if sweeps_look or not np.array_equal(look, np.eye(3)):  # else as in earlier versions
+            mark += f"{look.tolist()}"
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
         told = tuple(f"note: {note.subject}: {note.message}" for note in made.notes)
         node = replace(node, notes=lacking + told + node._notes(space))
