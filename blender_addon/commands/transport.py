@@ -55,11 +55,12 @@ def run(arguments: argparse.Namespace) -> int:
     start = time.perf_counter()
     with _blend.chatter_to_stderr():
         opened = _blend.open_scene(arguments)
-        from ..translate.view_transform import view_transform_of  # Blender is there only now
+        from ..editing.dial.rendered_parts import look_matrix  # Blender is there only now
+        from ..translate.view_transform import view_transform_of
         from ..translate.viewport.look import require_light
 
         scene = translated_scene(arguments)
-        view = view_transform_of(opened)
+        view, look = view_transform_of(opened), look_matrix(opened)
         require_light(scene, opened.spectral.viewport.look)
     storage = storage_named(arguments.storage)
     grouped = one_group_per_light(scene) if arguments.one_per_light else scene
@@ -75,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
         _blend.require_outputs([out])
         with RenderProcess() as renderer:
             transport = record_transport(
-                scene, storage, one_per_light=arguments.one_per_light, view=view, render=renderer.render,
+                scene, storage, one_per_light=arguments.one_per_light, view=view, look=look, render=renderer.render,
                 on_progress=lambda p: print(f"{p.samples}/{p.total} samples", file=sys.stderr),
             )  # fmt: skip
         written_or_kept(out, lambda place: write_transport(place, transport))

@@ -185,12 +185,14 @@ def _pictures(out: Path, frames: int) -> list[Path]:
 
 
 def _write(arguments: argparse.Namespace, live: Any, mixes: list[Any]) -> list[str]:
+    from spectral_core.render.relight.mix import as_rendered
+
     out = arguments.out
     if out.suffix.lower() == VIDEO:
         return [_write_video(out, live, mixes)]
     files = _pictures(out, len(mixes))
     for path, weights in zip(files, mixes, strict=True):
-        pixels = live.picture(weights)[::-1]
+        pixels = as_rendered(live.transport, live.picture(weights))[::-1]
         if path.suffix.lower() == ".npy" or np.all(pixels[..., 3] == 1):
             write_picture(path, pixels[..., :3])
         else:  # of a transparent film, as Blender writes it
@@ -199,6 +201,8 @@ def _write(arguments: argparse.Namespace, live: Any, mixes: list[Any]) -> list[s
 
 
 def _write_video(out: Path, live: Any, mixes: list[Any]) -> str:
+    from spectral_core.render.relight.mix import as_rendered
+
     program = shutil.which("ffmpeg")
     if program is None:
         raise MissingDependencyError(
@@ -206,7 +210,8 @@ def _write_video(out: Path, live: Any, mixes: list[Any]) -> str:
         )
     with tempfile.TemporaryDirectory() as folder, whole_file(out) as unfinished:
         for number, weights in enumerate(mixes, 1):
-            write_picture(Path(folder) / f"{number:05d}.png", live.picture(weights)[::-1, :, :3])
+            pixels = as_rendered(live.transport, live.picture(weights))
+            write_picture(Path(folder) / f"{number:05d}.png", pixels[::-1, :, :3])
         even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"  # the codec halves the color planes
         done = subprocess.run(
             [program, "-y", "-loglevel", "error", "-framerate", "24", "-i", f"{folder}/%05d.png", "-vf", even,

@@ -33,7 +33,7 @@ except ImportError:  # Windows: an open file cannot be removed there, which serv
 
 _looked_through: dict[str, tuple[float, float]] = {}
 """Time of the last search of each folder for leftovers, and its duration in seconds."""
-_MARK = ".spectral-unfinished-"
+UNFINISHED = ".spectral-unfinished-"
 
 
 @contextmanager
@@ -162,7 +162,7 @@ def _create(target: Path) -> tuple[Path, _Lock]:
     replaces.
     """
     for _ in range(100):
-        unfinished = target.with_name(f"{_MARK}{secrets.token_hex(8)}{target.suffix[:16]}")
+        unfinished = target.with_name(f"{UNFINISHED}{secrets.token_hex(8)}{target.suffix[:16]}")
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         with _told(target):
             descriptor = os.open(unfinished, flags, 0o666)
@@ -240,7 +240,7 @@ def _remove_leftovers(folder: Path) -> None:
         return
     with contextlib.suppress(OSError):
         for entry in os.scandir(folder):
-            if entry.name.startswith(_MARK) and entry.is_file(follow_symlinks=False):
+            if entry.name.startswith(UNFINISHED) and entry.is_file(follow_symlinks=False):
                 with contextlib.suppress(OSError):
                     _remove_if_abandoned(entry.path)
     _looked_through[str(folder)] = (start, time.monotonic() - start)

@@ -27,6 +27,19 @@ Array = NDArray[np.float64]
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 """Cone responses from XYZ (Lam 1985), as CIECAM97s and ICC profiles use them."""
 
+
+def shown(picture_matrix: Array, pixels: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Linear sRGB (height, width, 3 or 4) of a render as a look displays it; the same array if it displays it as it is.
+
+    ``picture_matrix``: that of the look; alpha stays.
+    """
+    if np.array_equal(picture_matrix, np.eye(3)):
+        return pixels
+    made = pixels.copy()
+    made[..., :3] = pixels[..., :3] @ picture_matrix.T.astype(np.float32)
+    return made
+
+
 _COPY = re.compile(r"( #\d+)+$")
 """What a translation adds to the name of a further light with the same name, as that of an instance."""
 

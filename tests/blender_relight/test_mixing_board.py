@@ -79,6 +79,16 @@ def test_learning_by_moving_is_saved_in_the_file(board, fader, stage):
     assert bpy.context.scene.spectral.board.bindings[SELECTOR].control == "osc:0:/fader/x"
 
 
+def test_a_number_that_is_deleted_while_it_is_learned_does_not_stop_the_others(board, fader):
+    bind(board, SIZE, "b", 0.1, 1.1)
+    bpy.ops.spectral.board_learn(target='bpy.data.lights["Fill"].energy')
+    bpy.data.lights.remove(bpy.data.lights["Fill"])
+    fader(poll=False, x=0.1)
+    fader(x=0.7, b=0.5)
+    assert "no lights named 'Fill'" in board.status and len(board.bindings) == 1
+    assert bpy.data.lights["Key"].shadow_soft_size == pytest.approx(0.6, rel=1e-6)
+
+
 def test_bounds_stay_in_order(board, fader):
     bpy.data.lights["Key"].energy = 10.0
     bind(board, ENERGY, "low", 0, 100)

@@ -21,11 +21,14 @@ from spectral_core.explore.sweep.parameters import Parameter, Space
 from tests.blender_sweep.test_sweep_in_blender import scene  # noqa: F401 - a fixture
 
 BALL, RENDER = 'bpy.data.objects["Ball"]', 'bpy.data.scenes["Scene"].render'
+LOOK = 'bpy.data.scenes["Scene"].spectral.viewport.look'
 SETTINGS: dict[str, tuple[str, dict[str, Any], Any, Any]] = {
     "hidden": (f"{BALL}.hide_render", {"kind": "choice", "choices": ("off", "on")}, "off", "on"),
     "levels": (f'{BALL}.modifiers["Sub"].render_levels', {"low": 0, "high": 3, "kind": "integer"}, 2, 3),
     "blur": (f"{RENDER}.use_motion_blur", {"kind": "choice", "choices": ("off", "on")}, "on", "off"),
     "shutter": (f"{RENDER}.motion_blur_shutter", {"low": 0.1, "high": 0.9}, 0.5, 0.9),
+    "exposure": (f"{LOOK}.exposure", {"low": -1.0, "high": 2.0}, 0.5, 1.5),
+    "lamp": (f"{LOOK}.kind", {"kind": "choice", "choices": ("SCENE", "LAMP")}, "SCENE", "LAMP"),
     "frame": ('bpy.data.scenes["Scene"].frame_current', {"low": 1, "high": 9, "kind": "integer"}, 5, 9),
 }
 """Path of each setting, its values, the one in the file and another one."""
@@ -47,6 +50,8 @@ def moving(scene: Any, tmp_path: Path) -> Path:  # noqa: F811
     bpy.context.object.hide_viewport = True
     stage.frame_set(5)
     stage.render.use_motion_blur = True
+    look = stage.spectral.viewport.look
+    look.exposure, look.lamp, look.adapts = 0.5, "HP1", True
     stage.spectral.render.samples = 8  # of few moments
     stage.render.image_settings.file_format = "OPEN_EXR"
     stage.render.image_settings.color_depth = "32"
@@ -66,7 +71,10 @@ def rendered(folder: Path, set_value: Any) -> np.ndarray:
 
 
 def test_points_are_the_pictures_of_f12(moving: Path) -> None:
-    """Sweeps read the scene of the viewport: what only renders hide or subdivide, and motion blur, had no effect."""
+    """Sweeps read the scene of the viewport: what only renders hide or subdivide, and motion blur, had no effect.
+
+    Nor had the exposure and the adaptation of the panel Look Under, with which F12 shows the picture.
+    """
     space = Space(tuple(Parameter(name, path=path, **kind) for name, (path, kind, *_) in SETTINGS.items()))
     saved = {name: value for name, (*_, value, _) in SETTINGS.items()}
     points = {"": saved, **{name: {**saved, name: other} for name, (*_, other) in SETTINGS.items()}}

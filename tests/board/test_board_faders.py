@@ -10,6 +10,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.explore.board import Binding, Board, Control
 from tests.board.test_board import Numbers, board_of
 
+SLIDER = Control("osc", 0, "/slider")
 FADERS = [Control("cc14", 0, str(number)) for number in range(8)]
 
 
@@ -179,3 +180,24 @@ def test_a_target_that_is_gone_limits_no_other_and_its_motor_rests():
     board.receive(Control("osc", 0, "/low"), 0.9, 2.0)
     assert [change.value for change in board.poll()] == [90.0]
     assert {control.address for control, _ in board.motors(9.0)} == {"/low"}
+
+
+def test_a_target_that_is_gone_before_a_control_moves_is_not_bound() -> None:
+    """Its error ended the poll, and the timer of a session with it: no fader moved anything from then on."""
+    numbers = Numbers({"a": 0.5})
+    board = Board(numbers.__getitem__)
+    board.bind(Binding(SLIDER, "a"))
+    board.learn("gone")
+    other = Control("cc", 3, "9")
+    for place in (0.0, 0.75):
+        board.receive(SLIDER, place, time=0.0)
+        board.receive(other, place, time=0.0)
+
+    def range_of(target: str) -> tuple[float, float]:
+        raise InvalidInputError(f"this file has no {target!r}")
+
+    assert [change.value for change in board.poll(range_of)] == [0.75]
+    assert (board.learning, board.not_learned) == (None, "this file has no 'gone'")
+    assert board.bindings == (Binding(SLIDER, "a"),)
+    board.learn("a")
+    assert board.not_learned == ""

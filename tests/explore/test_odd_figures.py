@@ -6,10 +6,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.explore.checks.browser import Browser, find_browser
-from spectral_core.explore.page.axes import plotted
+from spectral_core.explore.page.axes import bins, plotted
 from spectral_core.explore.page.build import PageTable, shown_at_first, write_page
 from spectral_core.explore.page.static import draw_error_against_factors, draw_error_against_time, draw_matrix
 
@@ -44,6 +45,17 @@ def test_a_matrix_names_categories_and_has_the_scales_of_the_parameters(tmp_path
     assert {"a$b$c", "plain"} <= texts and any("10^{" in text for text in texts)
     plain = drawn(draw_matrix(path, {**COLUMNS, "watts": [0.0, 1, 2, 3]}, ["watts", "error"], logarithmic=["watts"]))[1]
     assert not any("10^{" in text for text in plain)
+
+
+@pytest.mark.parametrize("value", [0.0, 7.0, -3e17, 1e300])
+def test_a_variable_of_a_single_value_of_any_size_is_drawn(tmp_path: Path, value: float) -> None:
+    """From 1e16 on it ended in a traceback: NumPy's bars around it had no width."""
+    pytest.importorskip("matplotlib")
+    columns = {"same": [value] * 4, "other": [1.0, 2.0, 3.0, 4.0]}
+    path = draw_matrix(tmp_path / "matrix.svg", columns, ["same", "other"], color="same")
+    assert drawn(path)[0] == 4
+    edges = bins(np.full(4, value), [], is_log=False)
+    assert np.histogram([value] * 4, edges)[0].tolist() == [0] * 10 + [4] + [0] * 9
 
 
 def wide_table(parameters: int, outcomes: int) -> PageTable:

@@ -66,6 +66,14 @@ def _notes(scene: Scene, storage: Storage) -> tuple[Note, ...]:
     return record_transport(scene, storage).notes
 
 
+def test_a_point_without_light_is_black() -> None:
+    """A lamp without power is not in a scene of Blender's: such a point was set aside, because nothing is recorded."""
+    dark = lit_plane(film=Film(4, 3, samples=1), camera=looking_down(4, 0.1), settings=RenderSettings(transport="rgb"))
+    found = rendering.Relighter().picture(dark)
+    assert found.pictures[""].shape == (3, 4, 4) and not found.pictures[""][..., :3].any()
+    assert found.values["mean_green"] == 0.0
+
+
 def test_points_of_a_scene_with_a_shadow_catcher_are_rendered() -> None:
     """Re-lit pictures had neither the shadow nor the background: the catcher was black."""
     scene = lit_plane(_lamp("Key", 0.0, 60.0), world=World(gray(0.25)), film=Film(6, 6, samples=32, seed=4))

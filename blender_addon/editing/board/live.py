@@ -149,7 +149,10 @@ def tick() -> float | None:
     learning = _session.board.learning
     changes = _session.board.poll(range_of)
     if learning is not None and _session.board.learning is None:
-        _store_learned(scene, learning)
+        if _session.board.not_learned:
+            scene.spectral.board.status = _session.board.not_learned
+        else:
+            _store_learned(scene, learning)
     for change in changes:
         _write(scene, change)
     for control, position in _session.board.motors(time.monotonic()):

@@ -16,6 +16,7 @@ import numpy as np
 from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import SpectralError
+from spectral_core.scene.look import shown
 
 from ...properties import hooks
 from ...properties.hooks import Topic
@@ -68,7 +69,7 @@ def show(scene: Scene, *, quick: bool = False) -> Any:
     try:
         factors, mix = designed_factors(scene), live_mix(scene)
         pixels = mix.picture(weights_of(dial) * factors, quick=quick and not bpy.app.background)
-        pixels = _under_look(pixels, look_matrix(scene))
+        pixels = shown(look_matrix(scene), pixels)
     except (SpectralError, OSError) as error:
         dial.message = str(error)
         raise
@@ -79,15 +80,6 @@ def show(scene: Scene, *, quick: bool = False) -> Any:
         _prepare_drag(scene, mix)
     place(scene, image, over_camera=dial.over_camera)
     return image
-
-
-def _under_look(pixels: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Pixels (height, width, 4) with the exposure and adaptation of the look, as a render has them."""
-    if np.array_equal(matrix, np.eye(3)):
-        return pixels
-    shown = pixels.copy()  # the mix keeps its own
-    shown[..., :3] = pixels[..., :3] @ matrix.T.astype(np.float32)
-    return shown
 
 
 def show_soon(scene: Scene, failed: Callable[[Scene, str], None]) -> None:

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
+import numpy as np
 from bpy.types import Context, Scene
+from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, SpectralError, counted
 from spectral_core.files.whole import make_folder
@@ -23,6 +25,7 @@ from . import changes, kept_mix
 from .as_rendered import translated_layers
 from .members import Member, members_of, sealed_besides
 from .names import names_of_lights, present_names, recorded_names
+from .rendered_parts import look_matrix
 
 if TYPE_CHECKING:
     from spectral_core.render import Progress
@@ -47,6 +50,8 @@ class Recording:
     members: list[Member]
     parts: changes.Parts
     view: ViewTransform | None
+    look: NDArray[np.float64]
+    """Matrix of the look of renders; the dial shows the picture with that of the present look."""
     before: tuple[Fingerprint, Transport] | None = None
     """The present recording, if only lights that have changed since then are to be recorded."""
     names: dict[str, str] = field(default_factory=dict)
@@ -82,11 +87,12 @@ class Recording:
         members = members_of(layer, shown, dial.one_per_light)
         members += sealed_besides(scene, members, layer, dial.one_per_light)
         parts, view = parts or changes.read_parts(context.scene), view_transform_of(context.scene)
+        look = look_matrix(context.scene)
         before = _present(context.scene) if only_changed else None
         left_out = "" if layers is None else layers.told
         renamed = {} if before is None else recorded_names(context.scene)
         earlier = names_of_lights(renamed, (each.name for each in scene.lights))
-        return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, before, earlier, left_out)
+        return cls(scene, storage_of(dial), dial.one_per_light, members, parts, view, look, before, earlier, left_out)
 
     def identify(self) -> None:
         """Compute the fingerprint of the scene, for which its effects are planned."""
@@ -106,7 +112,7 @@ class Recording:
             kept = self._still_valid(*self.before)
         return record_transport(
             self.scene, self.storage, one_per_light=self.one_per_light, most_groups=MOST_BULBS, view=self.view,
-            kept=kept, again=self.again, render=jobs.render,
+            look=self.look, kept=kept, again=self.again, render=jobs.render,
             on_progress=self._note, should_stop=lambda: self.stop,
         )  # fmt: skip
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from spectral_core.errors import FileFormatError, InvalidInputError, RenderError, SpectralError
 from spectral_core.explore.sweep.compute.paths import require_set_once
-from spectral_core.explore.sweep.compute.rendering import Relighter, not_linear, recording_mark, rendered
+from spectral_core.explore.sweep.compute.rendering import Relighter, not_linear, recording_mark, rendered, under_look
 from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.effects import without_effect
 from spectral_core.explore.sweep.outcome import Outcome
@@ -33,16 +33,14 @@ from ...properties.render import ENGINE
 from ...translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
 from ..background import worker_command, worker_prelude
 from ..board.paths import block_at
+from ..dial.rendered_parts import look_matrix
 from ..libraries import library_notes
 from .settings import follow_palette, setting_at
 
 PACKAGE = __package__.rsplit(".", 2)[0]
-LIGHT_PATH = "bpy.data.lights["
-SAMPLES_PATH, SEED_PATH, SIZE_PATH = (
-    ".spectral.render.samples",
-    ".spectral.render.seed",
-    ".render.resolution_percentage",
-)
+LIGHT_PATH, LOOK_PATH = "bpy.data.lights[", ".spectral.viewport.look."
+SAMPLES_PATH, SEED_PATH = ".spectral.render.samples", ".spectral.render.seed"
+SIZE_PATH = ".render.resolution_percentage"
 GOAL_PATHS = (".spectral.render.goal", ".spectral.render.target_error", ".spectral.render.time_budget")
 
 _SHARES = (1.0, 0.97, 0.37, 0.03, 0.0)
@@ -110,6 +108,9 @@ class BlendNode:
         view = view_name(bpy.context.scene)
         print_, node = scene_hash(made), replace(node, not_linear=not_linear(made))
         mark = recording_mark(made) if node.relights else ""
+        look, sweeps_look = look_matrix(bpy.context.scene), any(LOOK_PATH in path for _, path in paths)
+        if sweeps_look or not np.array_equal(look, np.eye(3)):  # else as in earlier versions
+            mark += f"{look.tolist()}"
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
         told = tuple(f"note: {note.subject}: {note.message}" for note in made.notes)
         node = replace(node, notes=lacking + told + node._notes(space))
@@ -131,7 +132,8 @@ class BlendNode:
     def _state(self, values: Mapping[str, Value]) -> object:
         """Equal for points with equal pictures."""
         try:
-            return scene_hash(self.scene(values, 0)), view_name(bpy.context.scene)
+            made = scene_hash(self.scene(values, 0))
+            return made, view_name(bpy.context.scene), look_matrix(bpy.context.scene).tobytes()
         except SpectralError:  # the run names the points that cannot be rendered
             return object()
 
@@ -191,6 +193,7 @@ class BlendNode:
             outcome = relighter.picture(scene)
         else:
             outcome = rendered(scene)
+        outcome = under_look(outcome, look_matrix(bpy.context.scene))
         if view_name(bpy.context.scene) == PLAIN_VIEW:
             return outcome
         levels = np.round(255 * shown_pixels(bpy.context.scene, outcome.pictures[""][..., :3])).astype(np.uint8)

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from spectral_core.errors import InvalidInputError
 from spectral_core.explore.board.binding import DATA, PAIRED, Binding, Control
 from spectral_core.explore.board.order import Order
 
@@ -82,6 +83,8 @@ class Board:
         self._order = Order()
         self._learning: str | None = None
         self._learn_start: dict[Control, float] = {}
+        self.not_learned = ""
+        """Why the last target was not bound to the control that moved; "" if it was."""
         self.received = 0
         """Number of messages so far; the number of ``Change`` objects shows how many were merged."""
 
@@ -114,7 +117,7 @@ class Board:
     def learn(self, target: str) -> None:
         """Bind the next control that moves to ``target``."""
         with self._lock:
-            self._learning, self._learn_start = target, {}
+            self._learning, self._learn_start, self.not_learned = target, {}, ""
 
     @property
     def learning(self) -> str | None:
@@ -148,7 +151,8 @@ class Board:
     def poll(self, range_of: Callable[[str], tuple[float, float]] | None = None) -> tuple[Change, ...]:
         """Changes since the last poll, one entry per target, with all faders that moved together.
 
-        ``range_of`` returns the range of a learned target; [0, 1] without it.
+        ``range_of`` returns the range of a learned target; [0, 1] without it. If it raises InvalidInputError, the
+        target is not bound, and ``not_learned`` is the reason.
         """
         self._settle()
         with self._lock:
@@ -200,9 +204,12 @@ class Board:
         if not moved:
             return
         chosen = max(moved, key=lambda control: travel[control])
-        low, high = range_of(self._learning) if range_of else (0.0, 1.0)
-        self.bind(Binding(chosen, self._learning, low, high))
-        self._learning = None
+        target, self._learning = self._learning, None
+        try:
+            low, high = range_of(target) if range_of else (0.0, 1.0)
+            self.bind(Binding(chosen, target, low, high))
+        except InvalidInputError as error:  # the target was deleted meanwhile, or has no range
+            self.not_learned = str(error)
 
     def _is_half(self, control: Control) -> bool:
         if control.kind != "cc":

@@ -101,7 +101,10 @@ def bins(values: Numbers, texts: Sequence[str], *, is_log: bool) -> Any:
     if texts:
         return np.arange(len(texts) + 1) - 0.5
     known = known_of(values)
-    return np.geomspace(known.min() / 1.001, known.max() * 1.001, 21) if is_log else 20
+    if is_log:
+        return np.geomspace(known.min() / 1.001, known.max() * 1.001, 21)
+    # around a single value NumPy takes a half to either side, which is lost in the rounding of a large one
+    return np.linspace(*_ends(known, is_log=False), 21) if known.size and known.min() == known.max() else 20
 
 
 def norm_of(values: Numbers, *, is_log: bool) -> Any:

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.files.whole import whole_file
+from spectral_core.files.whole import UNFINISHED, whole_file
 
+STORE_FOLDERS, DRIVER_LOCK = ("image", "outcome", "lease"), "driver.lock"
 MAX_JSON_BYTES = 256_000_000
 _FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,120}")
 
@@ -65,22 +66,26 @@ def require_file_name(name: str) -> str:
 
 
 def require_free(folder: Path) -> None:
-    """Raise InvalidInputError if the folder of a new store is not free."""
-    if (folder / "ledger.sqlite").is_file():  # it is made before the project
-        raise InvalidInputError(
-            f"{folder} has a ledger and no project.json: another process begins a sweep there now, or one was ended "
-            "while it began. Run it again, or delete the folder"
-        )
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    """Raise InvalidInputError if the folder of a new store is not free: neither empty, nor left by a process that was
+    ended while it began a sweep there.
+    """
+    if folder.exists() and (not folder.is_dir() or not all(map(_is_begun, folder.iterdir()))):
         raise InvalidInputError(f"{folder} exists and is no empty folder; name another one")
+
+
+def _is_begun(path: Path) -> bool:
+    """True for what a store has before its project. The ledger is empty then, which ``Store.create`` checks."""
+    if path.name in STORE_FOLDERS:
+        return path.is_dir() and not any(path.iterdir())
+    return path.is_file() and (path.name == DRIVER_LOCK or path.name.startswith(("ledger.sqlite", UNFINISHED)))
 
 
 def remove_begun(folder: Path, *, with_folder: bool) -> None:
     """Remove what was made of a new store without points. ``with_folder``: the folder itself is new, too."""
-    for path in folder.glob("ledger.sqlite*"):
+    for path in (*folder.glob("ledger.sqlite*"), folder / DRIVER_LOCK):
         with suppress(OSError):
             path.unlink()
-    for each in (folder / "image", folder / "outcome", folder / "lease", *([folder] if with_folder else [])):
+    for each in (*(folder / name for name in STORE_FOLDERS), *([folder] if with_folder else [])):
         with suppress(OSError):  # of a folder that is not empty
             each.rmdir()
 

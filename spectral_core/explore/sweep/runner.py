@@ -17,7 +17,7 @@ from typing import Any
 
 from spectral_core.child import cores
 from spectral_core.errors import MissingDependencyError, RenderError, SpectralError
-from spectral_core.explore.sweep.files import only_holder
+from spectral_core.explore.sweep.files import DRIVER_LOCK, only_holder
 from spectral_core.explore.sweep.ledger import Pace
 from spectral_core.explore.sweep.outcome import ComputeNode, worker_command, worker_prelude
 from spectral_core.explore.sweep.pool import KILLED_FROM_OUTSIDE, WorkerDied, WorkerPool
@@ -105,7 +105,7 @@ def run_sweep(
             "the swept scene or program has changed since this folder was made, so its rows would not fit together; "
             "name another folder for the new sweep"
         )
-    with only_holder(store.folder / "driver.lock", f"the sweep in {store.folder}"):
+    with only_holder(store.folder / DRIVER_LOCK, f"the sweep in {store.folder}"):
         own = None
         if executor is None:
             command, prelude = worker_command(node), worker_prelude(node)

@@ -17,7 +17,15 @@ from spectral_core.errors import FileFormatError, InvalidInputError, counted
 from spectral_core.explore.features.expression import evaluate
 from spectral_core.explore.sweep.cinema import csv_text
 from spectral_core.explore.sweep.designs import Point
-from spectral_core.explore.sweep.files import file_lock, read_json, remove_begun, require_free, write_whole
+from spectral_core.explore.sweep.files import (
+    DRIVER_LOCK,
+    STORE_FOLDERS,
+    file_lock,
+    read_json,
+    remove_begun,
+    require_free,
+    write_whole,
+)
 from spectral_core.explore.sweep.ledger import Ledger, Row, require_ledger, require_points
 from spectral_core.explore.sweep.outcome import point_key
 from spectral_core.explore.sweep.parameters import is_finite, require_column_name
@@ -37,13 +45,16 @@ class Store:
         self.project = project
         self.not_computed: dict[str, str] = {}
         """Computed columns that the last table lacks, and why."""
-        for name in ("image", "outcome", "lease"):
+        for name in STORE_FOLDERS:
             make_folder(folder / name)
         self.ledger = Ledger(folder / "ledger.sqlite")
 
     @classmethod
     def create(cls, folder: Path, project: Project) -> Store:
-        """A new store; InvalidInputError if the folder holds something else."""
+        """A new store, also in a folder where an earlier process was ended while it made one.
+
+        Raises InvalidInputError if the folder holds something else, FileWriteError if the disk is full.
+        """
         folder = cdb_folder(folder)
         require_free(folder)
         project.region.checked(project.space)
@@ -52,14 +63,29 @@ class Store:
         is_new_folder = not folder.exists()
         make_folder(folder)
         try:
-            store = cls(folder, project)
-            try:
-                store.save_project()
-            except BaseException:
-                store.close()
-                raise
-        except BaseException:  # a full disk: a later run would take the leftover for a sweep that begins
+            with file_lock(folder / DRIVER_LOCK):  # two processes may begin at once
+                return cls._begun(folder, project)
+        except (InvalidInputError, FileFormatError):  # it has the data of others
+            raise
+        except BaseException:  # a full disk
             remove_begun(folder, with_folder=is_new_folder)
+            raise
+
+    @classmethod
+    def _begun(cls, folder: Path, project: Project) -> Store:
+        """A new store in a folder of ``require_free`` whose lock is held."""
+        if (folder / "project.json").is_file():
+            raise InvalidInputError(f"another process has just begun a sweep in {folder}; run it again")
+        store = cls(folder, project)
+        try:
+            if store.ledger.has_points():
+                raise InvalidInputError(
+                    f"{folder} has a ledger with points and no project.json; restore that file from a backup, or name "
+                    "another folder"
+                )
+            store.save_project()
+        except BaseException:
+            store.close()
             raise
         return store
 

@@ -17,7 +17,7 @@ from spectral_core.checks import require_kind
 from spectral_core.errors import InvalidInputError, counted
 from spectral_core.explore.sweep.designs import design_points
 from spectral_core.explore.sweep.document import SweepDocument
-from spectral_core.explore.sweep.files import require_free
+from spectral_core.explore.sweep.files import DRIVER_LOCK, require_free
 from spectral_core.explore.sweep.outcome import describe
 from spectral_core.explore.sweep.parameters import Space
 from spectral_core.explore.sweep.runner import SweepProgress, SweepReport, run_sweep, text_of
@@ -256,7 +256,7 @@ def planned_apart(document: SweepDocument, folder: Path) -> Iterator[Sweep]:
     with tempfile.TemporaryDirectory(prefix="sweep-plan-") as name:
         apart = Path(name) / place.name
         if (place / "project.json").is_file():
-            left = shutil.ignore_patterns("image", "lease", "driver.lock", "ledger.sqlite*", "*.html", "data.csv")
+            left = shutil.ignore_patterns("image", "lease", DRIVER_LOCK, "ledger.sqlite*", "*.html", "data.csv")
             shutil.copytree(place, apart, ignore=left)
             for each in (apart, *apart.rglob("*")):  # a copy of a read-only folder is read-only
                 each.chmod(each.stat().st_mode | stat.S_IWUSR)

@@ -15,6 +15,7 @@ from spectral_core.render.light_groups import group_text
 from spectral_core.render.mitsuba_scene.paint import unit_luminance
 from spectral_core.render.relight.storage import relative_to_flat
 from spectral_core.render.relight.transport import Transport
+from spectral_core.scene.look import shown
 from spectral_core.spectra.spectrum import Spectrum
 
 Pixels = NDArray[np.float32]
@@ -27,7 +28,7 @@ BRIGHTEST = 1e30
 def relight(
     transport: Transport, *, lights: Mapping[str, Spectrum] | None = None, mix: Mapping[str, float] | None = None
 ) -> Pixels:
-    """Picture (height, width, 4), linear sRGB and coverage, row 0 at the bottom.
+    """Picture (height, width, 4), linear sRGB and coverage, row 0 at the bottom, as renders show it (``as_rendered``).
 
     ``lights``: new spectra by group, normalized to the luminance of white; the others keep theirs. ``mix``: intensity
     by group relative to the render, at least 0, 1 by default. Raises UnknownNameError for a group that the transport
@@ -36,7 +37,14 @@ def relight(
     live = LiveMix(transport)
     for group, light in (lights or {}).items():
         live.set_light(group, light)
-    return live.picture(amounts_of(transport, mix))
+    return as_rendered(transport, live.picture(amounts_of(transport, mix)))
+
+
+def as_rendered(transport: Transport, pixels: Pixels) -> Pixels:
+    """Pixels (height, width, 3 or 4) of a mix with the exposure and adaptation of the scene's look, as renders have
+    them; the same array without any.
+    """
+    return pixels if transport.look is None else shown(transport.look, pixels)
 
 
 def amounts_of(transport: Transport, mix: Mapping[str, float] | None) -> NDArray[np.float64]:

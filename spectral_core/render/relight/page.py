@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from spectral_core.errors import InvalidInputError, counted
 from spectral_core.files.whole import write_text
 from spectral_core.render.relight.dial import bulbs_on_polygon
-from spectral_core.render.relight.mix import LiveMix, amounts_of
+from spectral_core.render.relight.mix import LiveMix, amounts_of, as_rendered
 from spectral_core.render.relight.transport import Transport
 from spectral_core.spectra.color import display_rgb_from_linear, linear_rgb_from_xyz
 from spectral_core.spectra.observer import xyz_of
@@ -70,7 +70,7 @@ def write_page(
     for group, light in (lights or {}).items():
         live.set_light(group, light)
     amounts = amounts_of(transport, mix)
-    layers = np.stack([live.picture(np.diag(amounts)[k])[..., :3].copy() for k in range(count)])
+    layers = np.stack([as_rendered(transport, live.picture(row))[..., :3].copy() for row in np.diag(amounts)])
     overflown = int((~(np.abs(layers) <= np.finfo(np.float16).max)).sum())
     if overflown:
         raise InvalidInputError(

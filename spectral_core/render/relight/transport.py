@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_kind, require_text
+from spectral_core.checks import frozen_array, require_kind, require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError, counted
 from spectral_core.render.light_groups import (
     emits,
@@ -72,6 +72,8 @@ class Transport:
     seed: int
     view: ViewTransform | None = None
     """View transform of the scene; None for the plain sRGB curve."""
+    look: NDArray[np.float64] | None = None
+    """(3, 3), by which renders of the scene show linear sRGB: ``Look.picture_matrix``; None if it changes nothing."""
     notes: tuple[Note, ...] = ()
     """Features that the recording approximates; files do not contain them."""
 
@@ -82,6 +84,9 @@ class Transport:
                 f"transport channels are {self.channels.dtype} of shape {self.channels.shape}; "
                 f"expected float32 of shape {expected}"
             )
+        if self.look is not None:
+            look = frozen_array("the matrix of a look", self.look, (3, 3))
+            object.__setattr__(self, "look", None if np.array_equal(look, np.eye(3)) else look)
 
     def __repr__(self) -> str:
         width, height = self.size
@@ -127,6 +132,7 @@ def record_transport(
     one_per_light: bool = False,
     most_groups: int | None = None,
     view: ViewTransform | None = None,
+    look: NDArray[np.float64] | None = None,
     kept: Transport | None = None,
     again: Collection[str] | None = None,
     render: Callable[..., RenderResult] = render_scene,
@@ -142,8 +148,8 @@ def record_transport(
         Every light becomes a group of its own name.
     most_groups
         Refuse a scene with more light groups before anything is rendered; a dial has up to ``dial.MOST_BULBS``.
-    view
-        How the scene shows linear light, kept with the transport for pages.
+    view, look
+        How the scene shows linear light, kept with the transport for pages, and the matrix (3, 3) of its look.
     kept, again
         An earlier transport of this scene and the groups that have changed since, see ``groups.changed_groups``: only
         these, and groups that it lacks, are rendered.
@@ -207,7 +213,7 @@ def record_transport(
     _gather(channels, names, planes, reused, 1.0 if storage.keeps_spectra else recorded.film.exposure)
     return Transport(
         storage, names, channels, coverage, tuple(lights[name] for name in names),
-        scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, (*notes, *own_notes),
+        scene.film.exposure, scene_hash(scene), scene.film.samples, scene.film.seed, view, look, (*notes, *own_notes),
     )  # fmt: skip
 
 

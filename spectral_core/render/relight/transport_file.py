@@ -115,6 +115,7 @@ def _meaning(transport: Transport) -> dict[str, Any]:
         "samples": transport.samples,
         "seed": transport.seed,
         **({} if transport.view is None else {"view": transport.view.document()}),
+        **({} if transport.look is None else {"look": transport.look.tolist()}),
     }
 
 
@@ -155,6 +156,7 @@ def _assemble(path: Path, meaning: dict[str, Any], parts: list[Any]) -> Transpor
             tuple(_light_of(light) for light in meaning["lights"]), float(meaning["exposure"]),
             str(meaning["scene_hash"]), int(meaning["samples"]), int(meaning["seed"]),
             ViewTransform.of_document(meaning["view"]) if "view" in meaning else None,
+            np.array(meaning["look"], dtype=np.float64) if "look" in meaning else None,
         )  # fmt: skip
     except (KeyError, TypeError, ValueError, OverflowError, InvalidInputError) as error:
         why = f"it lacks {error}" if isinstance(error, KeyError) else error

@@ -3,18 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import count
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.errors import RenderError
 from spectral_core.explore.features.images import image_features
 from spectral_core.explore.sweep.cinema import is_file_column
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.scene import Scene, SunLight, scene_hash
+from spectral_core.scene.look import shown
 
 LIGHT_PROPERTIES = ("power_w", "irradiance")
 
@@ -32,6 +34,16 @@ def rendered(scene: Scene, *, per_light: bool = False) -> Outcome:
         for group, word in identifiers(result.group_pixels).items():
             values |= _features(result.group_pixels[group], f"{word}_")
     return Outcome(values, {"": top_down(result.pixels)})
+
+
+def under_look(outcome: Outcome, picture_matrix: NDArray[np.float64]) -> Outcome:
+    """The outcome of a scene as a look displays it, by its ``picture_matrix`` (3, 3), with features of that picture."""
+    pixels = outcome.pictures[""]
+    seen = shown(picture_matrix, pixels)
+    if seen is pixels:
+        return outcome
+    features = image_features(np.nan_to_num(seen[..., :3]))
+    return replace(outcome, values={**outcome.values, **features}, pictures={**outcome.pictures, "": seen})
 
 
 def _features(pixels: Any, prefix: str = "") -> dict[str, float]:
@@ -83,12 +95,11 @@ class Relighter:
         self._mix: Any = None
         self._base: dict[str, float] = {}
 
-    def picture(self, scene: Scene, render: Callable[..., Any] | None = None) -> Outcome:
-        """The outcome of the scene; all lights of a scene without other light must have some power.
+    def picture(self, scene: Scene) -> Outcome:
+        """The outcome of the scene. One of ``not_linear`` is rendered, as is one without light: it has no recording."""
+        from spectral_core.render.light_groups import light_groups
 
-        A scene of ``not_linear`` is rendered.
-        """
-        if not_linear(scene):
+        if not_linear(scene) or not light_groups(scene):
             return rendered(scene)
         neutral = with_unit_lights(scene)
         found = scene_hash(neutral)
