@@ -57,7 +57,9 @@ def render_catching(
     scene = replace(scene, settings=settings)
     plain = replace(settings, passes=None)
     transparent = replace(scene.film, transparent=True)
-    sees = replace(scene, film=transparent, settings=plain)
+    # The camera does not see volumes there: the first picture shows them, and what they leave of the shadows.
+    volumes = tuple(replace(volume, hidden_from=volume.hidden_from | Rays.CAMERA) for volume in scene.volumes)
+    sees = replace(scene, film=transparent, settings=plain, volumes=volumes)
 
     count, start = 3 if scene.film.transparent else 4, time.perf_counter()
     parts: list[Any] = []
@@ -76,7 +78,7 @@ def render_catching(
     if rest.status == "done":
         parts.append(render(_with(sees, _same, _as_holdout), show, should_stop, None))
     if parts[-1].status == "done":
-        alone = replace(sees, lights=tuple(light for light in scene.lights if light.is_in_footage))
+        alone = replace(sees, volumes=(), lights=tuple(light for light in scene.lights if light.is_in_footage))
         parts.append(render(_with(alone, _same, _as_absent), show, should_stop, parts[-1].plan))
     if parts[-1].status == "done" and not scene.film.transparent:
         empty = replace(sees, film=scene.film, instances=(), lights=(), volumes=())
@@ -111,7 +113,8 @@ def joined(rest: Pixels, lit: Pixels, alone: Pixels, background: Pixels | None) 
         alpha = np.clip(rest[..., 3:], 0, 1)
         made[..., 3:] = alpha + (1 - alpha) * (1 - bright)
     else:
-        made[..., :3] += share * bright * background[..., :3]
+        # of the background behind a catcher only what volumes in front of it leave
+        made[..., :3] += np.minimum(share, np.clip(1 - rest[..., 3:], 0, 1)) * bright * background[..., :3]
         made[..., 3:] = 1.0
     return made
 

@@ -14,13 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.light_groups import light_groups
+from spectral_core.render.mitsuba_scene.paint import white_light
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.volumes import require_lighting
 from spectral_core.scene import Instance, Material, MediumGrid, Note, ScatteringMedium, Scene, VolumeObject, gray
 from spectral_core.scene.geometry import BORDER_MARGIN, index_box, unit_box
+from spectral_core.spectra.observer import STANDARD, observer
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
+from spectral_core.volume.transfer import Material as VolumeMaterial
 
 Array = NDArray[Any]
 
@@ -44,25 +48,38 @@ def with_volumes(scene: Scene, plan: EffectPlan) -> tuple[Scene, EffectPlan, tup
     if lost is not None and lost < TOO_THIN:
         plan = plan.changed("media", "off")
         return simulated_scene(scene, plan), plan, (Note("Volumes", THIN.format(lost)),)
-    bright = [volume for volume in simulated.volumes if _is_clipped(volume)]
+    spectral = plan.is_spectral
+    bright = [volume for volume in simulated.volumes if _is_clipped(volume, spectral=spectral)]
     clipped = [
         Note(volume.name, "reflects a color outside 0 to 1; among media it scatters at the limit") for volume in bright
     ]
-    return volumes_as_media(simulated), plan, (Note("Volumes", AS_MEDIA), *clipped)
+    return volumes_as_media(simulated, spectral=spectral), plan, (Note("Volumes", AS_MEDIA), *clipped)
 
 
-def _is_clipped(volume: VolumeObject) -> bool:
+def _is_clipped(volume: VolumeObject, *, spectral: bool) -> bool:
     """True if a lit material has a color that no medium scatters."""
-    lit = np.array([material.lit for material in volume.transfer.materials]) & (require_lighting(volume) != "even")
-    colors = display_matrix(volume.transfer)[lit]
+    lit = np.array([_reflects(material, volume) for material in volume.transfer.materials])
+    colors = (volume.transfer.colors if _keeps_spectra(volume, spectral) else display_matrix(volume.transfer))[lit]
     return bool(np.any((colors < -1e-6) | (colors > 1 + 1e-6)))
 
 
-def volumes_as_media(scene: Scene) -> Scene:
-    """The scene with its sampled volumes as objects whose media vary; their emission is in the first light group."""
+def _reflects(material: VolumeMaterial, volume: VolumeObject) -> bool:
+    return material.lit and require_lighting(volume) != "even"
+
+
+def _keeps_spectra(volume: VolumeObject, spectral: bool) -> bool:
+    return spectral and volume.transfer.wavelengths_nm is not None
+
+
+def volumes_as_media(scene: Scene, *, spectral: bool = False) -> Scene:
+    """The scene with its sampled volumes as objects whose media vary; their emission is in the first light group.
+
+    ``spectral``: for spectral transport, in which materials keep their spectra.
+    """
     group = next(iter(light_groups(scene)), "")
     made = [
-        _object(volume, f"{volume.name} (volume {number})", group) for number, volume in enumerate(scene.volumes, 1)
+        _object(volume, f"{volume.name} (volume {number})", group, spectral=spectral)
+        for number, volume in enumerate(scene.volumes, 1)
     ]
     items = [item for item in made if item is not None]
     box = unit_box()
@@ -75,15 +92,19 @@ def volumes_as_media(scene: Scene) -> Scene:
     )
 
 
-def _object(volume: VolumeObject, name: str, group: str) -> tuple[Material, Instance] | None:
+def _object(volume: VolumeObject, name: str, group: str, *, spectral: bool) -> tuple[Material, Instance] | None:
     """Material and instance of a volume; None for one that shows nothing."""
-    values, world_from_index = _finer(volume)
-    scattering, absorption, emission = _coefficients(volume, values, world_from_index)
+    keeps = _keeps_spectra(volume, spectral)
+    values, world_from_index = _finer(volume, max(3, len(volume.transfer.materials)) if keeps else 3)
+    scattering, absorption, emission = _coefficients(volume, values, world_from_index, spectral=keeps)
     density, strength = float(max(scattering.max(), absorption.max())), float(emission.max())
     if density == 0 and strength == 0:
         return None
-    parts = scattering / (density or 1.0), absorption / (density or 1.0), emission / (strength or 1.0)
-    grid = MediumGrid(world_from_index, *(np.minimum(part, 1.0).astype(np.float32) for part in parts))
+    scattered, absorbed, emitted = (
+        np.minimum(part / (largest or 1.0), 1.0).astype(np.float32)
+        for part, largest in ((scattering, density), (absorption, density), (emission, strength))
+    )
+    grid = MediumGrid(world_from_index, scattered, absorbed, emitted, _spectra(volume) if keeps else None)
     medium = ScatteringMedium(density, gray(1.0), emission_color=gray(1.0), emission_strength=strength, grid=grid)
     place = volume.world_from_index @ index_box(volume.data.shape, BORDER_MARGIN)
     instance = Instance(
@@ -92,10 +113,10 @@ def _object(volume: VolumeObject, name: str, group: str) -> tuple[Material, Inst
     return Material(name, None, medium), instance
 
 
-def _finer(volume: VolumeObject) -> tuple[Array, Array]:
-    """Values on the finer grid, linear between voxels, and its matrix."""
+def _finer(volume: VolumeObject, entries: int) -> tuple[Array, Array]:
+    """Values on the finer grid, linear between voxels, and its matrix; ``entries``: of a coefficient per sample."""
     data = np.asarray(volume.data, dtype=np.float32)
-    times = FINER if data.size * FINER**3 <= MOST_SAMPLES else 1
+    times = FINER if data.size * FINER**3 * entries <= 3 * MOST_SAMPLES else 1
     matrix = volume.world_from_index.copy()
     if times == 1:
         return data, matrix
@@ -108,16 +129,37 @@ def _finer(volume: VolumeObject) -> tuple[Array, Array]:
     return data, matrix @ finer
 
 
-def _coefficients(volume: VolumeObject, values: Array, world_from_index: Array) -> tuple[Array, Array, Array]:
-    """Scattering, absorption and emission as linear RGB (nx, ny, nz, 3) per unit of length."""
-    transfer, lit_by_scene = volume.transfer, require_lighting(volume) != "even"
+def _coefficients(
+    volume: VolumeObject, values: Array, world_from_index: Array, *, spectral: bool
+) -> tuple[Array, Array, Array]:
+    """Scattering, absorption and emission per unit of length, as linear RGB (nx, ny, nz, 3) or for the ``_spectra`` of
+    each material (nx, ny, nz, K).
+    """
+    transfer = volume.transfer
     slopes = _slopes(values, world_from_index) if transfer.uses_gradient else None
     extinction, source = transfer.curves(values, slopes)
-    colors = np.maximum(display_matrix(transfer), 0.0)
-    reflects = np.array([material.lit and lit_by_scene for material in transfer.materials])
-    scattering = (extinction * reflects) @ np.minimum(colors, 1.0)
+    reflects = np.array([_reflects(material, volume) for material in transfer.materials])
     shines = np.where(reflects, source - extinction, source)
+    if spectral:
+        return extinction * reflects, extinction, shines
+    colors = np.maximum(display_matrix(transfer), 0.0)
+    scattering = (extinction * reflects) @ np.minimum(colors, 1.0)
     return scattering, np.maximum(extinction.sum(axis=-1)[..., None] - scattering, 0.0), shines @ colors
+
+
+def _spectra(volume: VolumeObject) -> tuple[tuple[Spectrum, ...], tuple[Spectrum, ...], tuple[Spectrum, ...]]:
+    """Spectra of the scattering, the absorption and the emission of each material, of the emission relative to D65."""
+    transfer, nm = volume.transfer, WAVELENGTHS_NM
+    colors = np.array([np.interp(nm, transfer.wavelengths_nm, each, left=0.0, right=0.0) for each in transfer.colors])
+    white = white_light().at(nm) * observer(STANDARD).cmfs[1].sum()
+    scattered = np.array([_reflects(material, volume) for material in transfer.materials])[:, None] * colors.clip(0, 1)
+    lit = np.array([material.lit for material in transfer.materials])[:, None]
+    own = np.divide(colors, np.where(lit, 1.0, white), out=np.zeros_like(colors), where=lit | (white > 0))
+
+    def of(values: Array) -> tuple[Spectrum, ...]:
+        return tuple(Spectrum(name, SpectralGrid(nm), row) for name, row in zip(transfer.names, values, strict=True))
+
+    return of(scattered), of(1.0 - scattered), of(np.maximum(own, 0.0))
 
 
 def _slopes(values: Array, world_from_index: Array) -> Array:

@@ -11,8 +11,8 @@ import numpy as np
 from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.fluorescent import Fluorescent, Holdout, RayPortal, Transparent
-from spectral_core.scene.geometry import MediumGrid
 from spectral_core.scene.hair import EllipseHair, Hair, HairLobe
+from spectral_core.scene.medium_grid import MediumGrid
 from spectral_core.scene.paint import LARGEST, Color, Numbers, Paint, Scalar, Weight, gray
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.spectrum import Spectrum

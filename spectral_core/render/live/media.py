@@ -63,4 +63,4 @@ def _kinds(grid: GridRow | None) -> Any:
         return None
     places = [None if slot is None else next(k for k, other in enumerate(grid.slots) if other is slot)
               for slot in grid.slots]  # fmt: skip
-    return [None if slot is None else slot.shape for slot in grid.slots], places, grid.tints is None
+    return [None if slot is None else slot.shape for slot in grid.slots], places, grid.tints is None, grid.own

@@ -46,7 +46,7 @@ class DataPasses(LobeColors):
     """Traces the data passes of one loaded scene.
 
     ``unit``: the renderer's units per unit of the scene. ``light_samples``: number of samples of the light passes that
-    are divided by colors, 0 for none.
+    are divided by colors, 0 for none. ``sampled``: the ``SampledVolumes`` between surfaces, None for none.
     """
 
     _is_middle: Any = None
@@ -61,9 +61,10 @@ class DataPasses(LobeColors):
         subjects: Subjects,
         unit: float,
         light_samples: int = 0,
+        sampled: Any = None,
     ) -> None:
         super().__init__(mitsuba, *view, wavelengths, keep=False)
-        self._wanted, self._subjects, self._unit = wanted, subjects, unit
+        self._wanted, self._subjects, self._unit, self._sampled = wanted, subjects, unit, sampled
         self._light_samples = min(light_samples, MOST_OF_LIGHT)
         self._rows: dict[str, int] = {}
         names = [*wanted.data, *(name for name, _ in wanted.aovs)]
@@ -121,7 +122,7 @@ class DataPasses(LobeColors):
         return self._dr.select(self._is_middle, 0.0, super()._offset(draw))
 
     def _walk(self, first_hit: FirstHit, ray: Any, sampler: Any, slots: Any) -> Any:
-        """One camera ray, through transparent surfaces and media, to an opaque one."""
+        """One camera ray, through transparent surfaces, media and volumes, to an opaque one."""
         mi, dr = self._mi, self._dr
         draws = self._picks(sampler), sampler.next_2d()
         for _, weight in draws[0]:
@@ -136,6 +137,10 @@ class DataPasses(LobeColors):
         ) -> Any:
             clear, reach = shares
             si, met, unseen, hole = first_hit.meet(ray, origin, length, walking)
+            if self._sampled is not None:
+                way = dr.select(si.is_valid(), si.t, length)
+                left = self._sampled.seen_through(origin, ray.d, way, walking)
+                clear, reach = clear * left, reach * left
             if fills is not None:
                 piece = mi.Ray3f(ray)
                 piece.o = origin

@@ -70,7 +70,7 @@ class DenoisingData(LobeColors):
     ) -> None:
         super().__init__(mitsuba, *view, wavelengths, keep=False)
         self._wanted, self._unit = wanted, unit
-        self._integrator = integrator if integrator.sampled is None else None  # volumes may be in front
+        self._integrator, self._sampled = integrator, integrator.sampled
         self._load_white()
 
     def trace(self, first_hit: FirstHit) -> dict[str, Array]:
@@ -128,6 +128,9 @@ class DenoisingData(LobeColors):
             here = mi.Ray3f(ray)
             here.o, here.d, here.maxt = origin, way, length
             si, met, unseen, hole = first_hit.meet(here, origin, length, walking)
+            if self._sampled is not None:
+                left = self._sampled.seen_through(origin, way, dr.select(si.is_valid(), si.t, length), walking)
+                clear, reach = clear * left, reach * left
             if fills is not None:
                 unscattered = flights.clear(fills, fog, dr.select(si.is_valid(), si.t, dr.inf), here, walking)
                 clear, reach = clear * unscattered, reach * channel_mean(dr, unscattered)
@@ -172,9 +175,7 @@ class DenoisingData(LobeColors):
 
     def _seen_light(self, si: Any, ray: Any, clear: Any, active: Any, hides_world: Any) -> Any:
         """Color of lamps, emission and the environment along a ray."""
-        mi, dr, integrator = self._mi, self._dr, self._integrator
-        if integrator is None:
-            return mi.Color3f(0.0)
+        dr, integrator = self._dr, self._integrator
         light = integrator.arrived(si, integrator.begin(ray, active), active)
         light -= dr.select(hides_world, integrator.met.world, 0.0)
         integrator.met = integrator.seen_world = None

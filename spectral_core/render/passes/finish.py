@@ -112,7 +112,10 @@ def _first_hits(job: RenderJob, wanted: Passes, light_samples: int) -> dict[str,
     view = (job.scene.camera, job.scene.film)
     if wanted.data or wanted.aovs or wanted.cryptomattes:
         subjects = Subjects(job.mitsuba, job.scene, job.loaded.scene, wanted)
-        tracer = DataPasses(job.mitsuba, view, job.loaded.wavelengths, wanted, subjects, job.unit, light_samples)
+        sampled = job.loaded.integrator.sampled
+        tracer = DataPasses(
+            job.mitsuba, view, job.loaded.wavelengths, wanted, subjects, job.unit, light_samples, sampled
+        )
         found |= tracer.trace(job.loaded.first_hit)
     if wanted.denoising:
         integrator = job.loaded.integrator

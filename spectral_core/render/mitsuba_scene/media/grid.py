@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.trace.media.grids import GridRow
-from spectral_core.scene.geometry import MediumGrid
+from spectral_core.scene.medium_grid import MediumGrid
 
 Array = NDArray[Any]
 
@@ -27,24 +27,33 @@ def slots_of(grid: MediumGrid) -> tuple[Array | None, Array | None, Array | None
 
 
 def grid_row(
-    grid: MediumGrid, largest: tuple[float, float], tints: tuple[Any, Any, Any] | None, *, emits: bool
+    grid: MediumGrid,
+    largest: tuple[float, float],
+    tints: tuple[Any, Any, Any] | None,
+    own: tuple[tuple[Any, ...], ...] | None,
+    *,
+    emits: bool,
 ) -> GridRow:
     """The grid for the renderer; ``largest``: scattering and absorption of any wavelength where the factors are 1;
-    ``emits``: True if the medium emits light.
+    ``tints``, ``own``: as in ``GridRow``; ``emits``: True if the medium emits light.
     """
     bounds = np.zeros(grid.shape, np.float32)
-    for values, most in zip(slots_of(grid), largest, strict=False):
-        bounds += most if values is None else np.float32(most) * _size(values)
+    for slot, (values, most) in enumerate(zip(slots_of(grid), largest, strict=False)):
+        bounds += most if values is None else np.float32(most) * _size(grid, slot, values)
     if emits:
-        brightness = np.ones(grid.shape) if grid.emission is None else _size(grid.emission)
+        brightness = np.ones(grid.shape) if grid.emission is None else _size(grid, 2, grid.emission)
         brightest = float(brightness.max())
         if brightest > 0:
             corners = grid.world_from_index[:3, :3] * np.array(grid.shape)
             share = np.where(brightness > 0, np.maximum(brightness / brightest, FAINTEST), 0.0)
             bounds += np.float32(EMISSION_POINTS / np.linalg.norm(corners.sum(axis=1))) * share.astype(np.float32)
-    return GridRow(slots_of(grid), np.linalg.inv(grid.world_from_index), bounds, tints)
+    return GridRow(slots_of(grid), np.linalg.inv(grid.world_from_index), bounds, tints, own)
 
 
-def _size(values: Array) -> Array:
+def _size(grid: MediumGrid, slot: int, values: Array) -> Array:
     """Bound of a factor or color over wavelengths: its gray part, and its other parts, whose spectra may overlap."""
-    return values if values.ndim == 3 else values.sum(axis=3) - 2 * values.min(axis=3)
+    if values.ndim == 3:
+        return values
+    if grid.spectra is None:
+        return np.asarray(values.sum(axis=3) - 2 * values.min(axis=3))
+    return values @ np.array([spectrum.values.max() for spectrum in grid.spectra[slot]], np.float32)

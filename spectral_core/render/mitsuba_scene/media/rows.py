@@ -39,8 +39,12 @@ def medium_row(context: Context, medium: ScatteringMedium, subject: str, group: 
         absorbed = np.array(medium.density) if colored[1] else absorbed
         emission_color = gray(1.0) if colored[2] else emission_color
         tints = tuple(_texture(context, _values(context, Color(one), subject)) for one in np.eye(3))
-        largest = float(np.max(scattered)), float(np.max(absorbed))
-        grid = grid_row(medium.grid, largest, tints if any(colored) else None, emits=bool(emission[0] > 0))
+        largest, spectra = (float(np.max(scattered)), float(np.max(absorbed))), medium.grid.spectra
+        own = None
+        if spectra is not None:
+            own = tuple(tuple(_texture(context, each.at(WAVELENGTHS_NM)) for each in of_slot) for of_slot in spectra)
+        rgb = tints if any(colored) and own is None else None
+        grid = grid_row(medium.grid, largest, rgb, own, emits=bool(emission[0] > 0))
     emitted = None
     if emission[0] > 0:
         emitted = paint.emission(context, emission_color, medium.emission_strength, subject)

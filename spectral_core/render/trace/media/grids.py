@@ -19,32 +19,46 @@ Array = NDArray[Any]
 
 BLOCKS = 16
 """Most blocks along an axis."""
-NOTHING, FACTOR, COLOR = 0, 1, 3
-"""Entries of a slot in a voxel: none (it does not vary), a factor, linear RGB."""
+NOTHING, FACTOR, OWN, COLOR = 0, 1, 2, 3
+"""Entries of a slot in a voxel: none (it does not vary), a factor, one for each of its own spectra, linear RGB."""
 _SLOTS = 3
 _BLOCKS_AT, _EDGE_AT, _SLOTS_AT = 6, 7, 8
-_HEADER = _SLOTS_AT + 2 * _SLOTS
-"""Entries of a medium: voxels, blocks, the first bound, voxels along a block, kind and first number of each slot."""
+_OF_SLOT = 3
+_HEADER = _SLOTS_AT + _OF_SLOT * _SLOTS
+"""Entries of a medium: voxels, blocks, the first bound, voxels along a block; kind, first number and number of the set
+of own spectra of each slot.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GridRow:
-    """A medium's grid: ``slots``, its scattering, absorption and emission as (nx, ny, nz), (nx, ny, nz, 3) or None.
+    """A medium's grid: ``slots``, its scattering, absorption and emission as (nx, ny, nz), (nx, ny, nz, n) or None.
 
     ``index_from_world``: (4, 4), to voxel centers at whole numbers. ``bounds``: (nx, ny, nz), at least the
     extinction of any wavelength at each voxel. ``tints``: textures of red, green and blue; None if no slot is a color.
+    ``own``: textures of the n entries of each slot in place of these, None without any.
     """
 
     slots: tuple[Array | None, Array | None, Array | None]
     index_from_world: NDArray[np.float64]
     bounds: Array
     tints: tuple[Any, Any, Any] | None
+    own: tuple[tuple[Any, ...], ...] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tints:
+    """Values at wavelengths of red, green and blue, and of the sets of own spectra of each slot."""
+
+    rgb: tuple[Any, ...]
+    own: tuple[list[tuple[Any, ...]], ...]
 
 
 @dataclass(slots=True, eq=False)
 class Way:
     """A ray in the blocks of its medium's grid: per unit of length it moves by ``direction``. ``first`` and ``last``:
-    distances at which it enters and leaves the grid; ``medium``: its number; ``tints``: the colors red, green and blue.
+    distances at which it enters and leaves the grid; ``medium``: its number; ``tints``: ``Tints``, None if no grid has
+    colors.
     """
 
     medium: Any
@@ -66,7 +80,8 @@ class MediumGrids:
         self._end = 1
         self._colors = tuple(any(_kind(row, slot) == COLOR for row in rows) for slot in range(_SLOTS))
         self._used = tuple(any(_kind(row, slot) != NOTHING for row in rows) for slot in range(_SLOTS))
-        self.tints = next((row.tints for row in rows if row is not None and row.tints is not None), None)
+        rgb = next((row.tints for row in rows if row is not None and row.tints is not None), ())
+        self._textures = Tints(rgb, ([], [], []))
         for row in rows:
             header, matrix = ([0] * _HEADER, np.zeros(12)) if row is None else self._entered(row, values)
             headers.append(header)
@@ -86,7 +101,10 @@ class MediumGrids:
             # density alone varies in most media: scattering and absorption then share one array
             if array is not None and id(array) not in starts:
                 starts[id(array)] = self._append(array, values)
-            slots += [_kind(row, slot), 0 if array is None else starts[id(array)]]
+            sets = self._textures.own[slot]
+            if row.own is not None:
+                sets.append(row.own[slot])
+            slots += [_kind(row, slot), 0 if array is None else starts[id(array)], len(sets)]
         blocks = blockwise_maxima(row.bounds, edge)
         header = [*shape, *blocks.shape, self._append(blocks, values), edge, *slots]
         return header, _block_matrix(row, edge).ravel()
@@ -96,6 +114,14 @@ class MediumGrids:
         values.append(np.ascontiguousarray(array, np.float32).ravel())
         self._end += values[-1].size
         return start
+
+    def tints(self, value: Callable[[Any], Any]) -> Tints | None:
+        """The colors of all grids, by a function of their textures; None if no grid has colors."""
+        textures = self._textures
+        if not textures.rgb and not any(textures.own):
+            return None
+        of_set = lambda each: tuple(value(texture) for texture in each)  # noqa: E731
+        return Tints(of_set(textures.rgb), tuple([of_set(each) for each in sets] for sets in textures.own))
 
     def has(self, medium: Any, active: Any) -> Any:
         """True if a medium varies."""
@@ -177,19 +203,26 @@ class MediumGrids:
         mi = self._mi
         if not self._used[slot]:
             return mi.Spectrum(1.0)
-        kind, start = (self._header(way.medium, _SLOTS_AT + 2 * slot + k, active) for k in range(2))
+        first = _SLOTS_AT + _OF_SLOT * slot
+        kind, start, own = (self._header(way.medium, first + k, active) for k in range(_OF_SLOT))
         is_factor = active & (kind == FACTOR)
         found = dr.select(is_factor, mi.Spectrum(read(start, 1, 0, is_factor)), 1.0)
-        if not self._colors[slot]:
-            return found
-        is_color = active & (kind == COLOR)
-        rgb = [read(start, 3, channel, is_color) for channel in range(3)]
-        # the gray part stays flat over wavelengths, so that gray smoke is gray at any depth
-        gray = dr.minimum(dr.minimum(rgb[0], rgb[1]), rgb[2])
-        color = mi.Spectrum(gray)
-        for value, tint in zip(rgb, way.tints, strict=True):
-            color += (value - gray) * tint
-        return dr.select(is_color, color, found)
+        if self._colors[slot]:
+            is_color = active & (kind == COLOR)
+            rgb = [read(start, 3, channel, is_color) for channel in range(3)]
+            # the gray part stays flat over wavelengths, so that gray smoke is gray at any depth
+            gray = dr.minimum(dr.minimum(rgb[0], rgb[1]), rgb[2])
+            color = mi.Spectrum(gray)
+            for value, tint in zip(rgb, way.tints.rgb, strict=True):
+                color += (value - gray) * tint
+            found = dr.select(is_color, color, found)
+        for number, tints in enumerate(way.tints.own[slot] if way.tints is not None else (), 1):
+            mine = active & (kind == OWN) & (own == number)
+            color = mi.Spectrum(0.0)
+            for channel, tint in enumerate(tints):
+                color += read(start, len(tints), channel, mine) * tint
+            found = dr.select(mine, color, found)
+        return found
 
 
 def _corners(dr: Any, mi: Any, shape: list[Any], low: list[Any], share: list[Any]) -> Any:
@@ -205,7 +238,9 @@ def _corners(dr: Any, mi: Any, shape: list[Any], low: list[Any], share: list[Any
 
 def _kind(row: GridRow | None, slot: int) -> int:
     array = None if row is None else row.slots[slot]
-    return NOTHING if array is None else (COLOR if array.ndim == 4 else FACTOR)
+    if row is None or array is None:
+        return NOTHING
+    return FACTOR if array.ndim == 3 else (COLOR if row.own is None else OWN)
 
 
 def _block_matrix(row: GridRow, edge: int) -> Array:

@@ -147,12 +147,12 @@ class Media:
         return found
 
     def tints(self, wavelengths: Any, active: Any) -> Any:
-        """Red, green and blue at wavelengths; None if no grid has colors."""
-        if self.grids is None or self.grids.tints is None:
+        """``Tints`` at wavelengths; None if no grid has colors."""
+        if self.grids is None:
             return None
         place = self._dr.zeros(self._mi.SurfaceInteraction3f)
         place.wavelengths = wavelengths
-        return tuple(tint.eval(place, active) for tint in self.grids.tints)
+        return self.grids.tints(lambda texture: texture.eval(place, active))
 
     def crossed(self, before: tuple[Any, Any], shape: Any, si: Any, ways: tuple[Any, Any], active: Any) -> Any:
         """Medium, and the one around it, after a ray has hit a shape that it sees.
