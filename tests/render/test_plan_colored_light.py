@@ -10,14 +10,14 @@ import pytest
 
 from spectral_core.render import plan_from_data
 from spectral_core.render.mitsuba_scene.fluorescent import daylight_rgb as dyed_rgb
-from spectral_core.render.mitsuba_scene.paint import daylight_rgb
+from spectral_core.render.mitsuba_scene.paint import daylight_rgb, emitted_rgb
 from spectral_core.render.plan.spectral_bound import rgb_transport_error
-from spectral_core.scene import Diffuse, Fluorescent, PointLight, RenderSettings
+from spectral_core.scene import Color, Diffuse, Emission, Fluorescent, Glass, PointLight, Principled, RenderSettings
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.observer import observer
-from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 from tests.render.scenes import lit_plane, matrix
 from tests.render.test_lamp_patterns import tinted
@@ -66,3 +66,29 @@ def test_a_paint_outside_of_srgb_is_cut_in_three_channels():
         assert stated >= 0.99 * _apart(rgb, np.clip(rgb, 0, 1)) > 2
     inside = lit_plane(LAMP, surface=Diffuse(catalogue.reflectance("yellow")), settings=RenderSettings())
     assert rgb_transport_error(inside, 1) < 0.1
+
+
+def test_spectra_above_one_are_paints_and_emitted_ones_are_not():
+    """A red of up to 1.05, which renders hold to 1, was taken for an index of refraction: ΔE 27 under sodium light,
+    stated as 0; so was a lamp's spectrum in place of a paint.
+    """
+    sodium = replace(LAMP, color=SODIUM)
+    red = catalogue.reflectance("red")
+
+    def stated(surface, *lights):
+        return rgb_transport_error(lit_plane(*lights, surface=surface, settings=RenderSettings()))
+
+    bright = Spectrum("bright", red.grid, np.minimum(1.5 * red.values, 1.05))
+    held = Spectrum("held", red.grid, np.minimum(1.5 * red.values, 1.0))
+    assert (
+        stated(Diffuse(bright), sodium) == pytest.approx(stated(Diffuse(held), sodium))
+        and stated(Diffuse(held), sodium) > 20
+    )
+    orange = catalogue.illuminant("HP1")
+    assert stated(Diffuse(orange), sodium) == stated(Diffuse(Color(np.clip(emitted_rgb(orange), 0, 1))), sodium) > 20
+    # an index of refraction, and an emitted spectrum of any scale
+    index = Glass(ior=Spectrum("index", red.grid, 1.5 + 0 * red.values))
+    faint = Illuminant("faint", orange.grid, orange.values / orange.values.max())
+    for surface in (index, Emission(orange), Emission(faint), Emission(Spectrum("plain", red.grid, red.values))):
+        assert stated(surface, sodium) < 0.1
+    assert stated(Principled(red, emission_color=red, emission_strength=1.0), sodium) > 20

@@ -44,7 +44,7 @@ from spectral_core.spectra.color import (
     luminance_from_linear_rgb,
 )
 from spectral_core.spectra.observer import STANDARD, integration_points, observer
-from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]
@@ -208,8 +208,12 @@ def _planck_rgb(paint: Any) -> Array:
 
 
 def _reflecting(material: Any) -> Iterator[Any]:
-    """Paints of a material that are reflectances."""
-    for value in values_of(material.surface):
+    """Paints of a material that are reflectances, and its indices of refraction; no spectra that it emits."""
+    values = list(values_of(material.surface))
+    for emitted in (color for color, _ in emissions_of(material.surface) if isinstance(color, Spectrum)):
+        same = [number for number, value in enumerate(values) if value is emitted]
+        values = [value for number, value in enumerate(values) if number not in same[:1]]  # a paint may be both
+    for value in values:
         yield from (part for part in paint_parts(value) if isinstance(part, Paint))
     if material.medium is not None and isinstance(material.medium.color, Color):
         yield material.medium.color
@@ -221,8 +225,11 @@ def _surfaces(paints: list[Any]) -> Iterator[tuple[Array, Any, bool]]:
         if isinstance(paint, Color):
             yield from _colors(np.atleast_2d(paint.linear_rgb))
         elif isinstance(paint, Spectrum):
-            if float(paint.values.max()) <= 1.0 + 1e-6:  # an index of refraction is not a reflectance
-                yield np.clip(daylight_rgb(paint), 0.0, 1.0), paint.at, True  # as RGB transport has it
+            if isinstance(paint, Illuminant):  # as a paint it stands for its color
+                yield from _colors(np.atleast_2d(emitted_rgb(paint)))
+            elif float(paint.values.min()) < 1.0:  # an index of refraction is not a reflectance
+                held = Spectrum(paint.name, paint.grid, np.clip(paint.values, 0.0, 1.0))
+                yield np.clip(daylight_rgb(held), 0.0, 1.0), held.at, True  # as both kinds of transport have it
         elif isinstance(paint, ImageTexture):
             rows = some_colors(paint.pixels, paint.color_space)
             yield from _colors(np.concatenate([rows[:: max(1, len(rows) // TEXELS)], rows[_most_colorful(rows)]]))
