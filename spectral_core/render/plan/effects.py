@@ -23,6 +23,7 @@ from spectral_core.render.plan.effects_from_pilot import measured_effects, unmea
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.levels import KEEP, Effect, chosen, indirect_error
 from spectral_core.render.plan.pilot import PILOT_BOUNCES, Pilot, run_pilot
+from spectral_core.render.plan.shown import points_beside_surfaces
 from spectral_core.render.plan.spectral_bound import rgb_transport_error
 from spectral_core.scene import Camera, Film, Scene, require_scene
 
@@ -68,12 +69,14 @@ def plan_effects(
         tolerance = scene.settings.tolerance_delta_e
     tolerance = require_range("the tolerance (ΔE2000)", tolerance, 0.0, 1e9)
     is_exact = lights_vary and tolerance == 0
-    found = Found(scene, take_inventory(scene), bounds.seen_points(scene), lights_vary, is_exact)
+    beside = points_beside_surfaces(scene)
+    points = np.concatenate([bounds.seen_points(scene), beside])
+    found = Found(scene, take_inventory(scene), points, lights_vary, is_exact)
     effects = effects_of(found)
     choices = _checked_choices(scene, {**effects, **unmeasured_kinds()})
     seen = _look(found, effects, choices, tolerance) if pilot else None
     if seen is not None:
-        found = replace(found, points=seen.points)
+        found = replace(found, points=np.concatenate([seen.points, beside]))
         effects = measured_effects(found, effects_of(found), seen)
     else:
         bounces = effects.pop("bounces")
@@ -143,18 +146,23 @@ def _look(found: Found, effects: Mapping[str, Effect], choices: Mapping[str, str
         "transport" in choices or effects["transport"].levels[-1].error > tolerance
     )
     try:
-        return run_pilot(scene, pilot_plan(scene, absorbs=matters, spectral=in_spectra))
+        films = choices.get("thin_film", "on") == "on" and effects["thin_film"].levels[-1].error > tolerance
+        dyes = choices.get("fluorescence", "on") == "on"
+        return run_pilot(scene, pilot_plan(scene, absorbs=matters, spectral=in_spectra, films=films, dyes=dyes))
     except MissingDependencyError:
         return None
 
 
-def pilot_plan(scene: Scene, *, absorbs: bool = False, spectral: bool = False) -> EffectPlan:
+def pilot_plan(
+    scene: Scene, *, absorbs: bool = False, spectral: bool = False, films: bool = False, dyes: bool = True
+) -> EffectPlan:
     """The plan of the pilot: surfaces and lamps, with shadows through transparent surfaces, and with media that only
-    absorb light. ``spectral``: in spectra, with the light of dyes, else in three channels.
+    absorb light. ``spectral``: in spectra, else in three channels. ``dyes``, ``films``: with the light of dyes and with
+    thin films, which may send on several times the light of a bare surface.
     """
     values = {
-        "transport": "spectral" if spectral else "rgb", "fluorescence": "on" if spectral else "off",
-        "dispersion": "off", "thin_film": "off",
+        "transport": "spectral" if spectral else "rgb", "fluorescence": "on" if dyes else "off",
+        "dispersion": "off", "thin_film": "on" if films else "off",
         "media": "on" if absorbs else "off", "volumes": "off",
         "transparency": "on", "emissive_meshes": "on", "lamp_bodies": "on", "textures": "on", "depth_of_field": "off",
         "reflective_caustics": "on", "refractive_caustics": "on",

@@ -192,7 +192,8 @@ def _environment(found: Found) -> Effect:
     kind = "image" if is_image else "constant"
     reason = "an image surrounds the scene" if is_image else "the world has one color everywhere"
     radiance = max(abs(world.strength) * largest_light(world.color) for world in parts) * found.scene.film.exposure
-    levels = (Level(kind), Level("none", bounds.error_of_light(radiance), SMALL_SHARE))
+    error = KEEP if found.lights_vary else bounds.error_of_light(radiance)  # a recording may make it brighter
+    levels = (Level(kind), Level("none", error, SMALL_SHARE))
     return Effect("environment", levels, reason, "the world's light is missing", "bounded", (kind, "none"))
 
 

@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.lens.in_view import may_be_in_view
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES
 from spectral_core.render.plan.effects_from_data import THIN, Found, names
@@ -22,9 +21,9 @@ from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.light.reflections import is_linear
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
+from spectral_core.render.plan.shown import bodies_in_view, emission_in_view, error_of_bodies
 from spectral_core.render.plan.spectral_bound import rgb_transport_error
-from spectral_core.scene import Rays, World, leaves
-from spectral_core.scene.geometry import placed_boxes
+from spectral_core.scene import leaves
 
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)
 """Candidate numbers of bounces."""
@@ -52,7 +51,11 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
             if effect.how == "bounded":
                 error = min(error, effect.levels[-1].error)
             if name == "emissive_meshes":
-                error = max(error, bounds.error_of_light(_emission_in_view(found) * found.scene.film.exposure))
+                radiance = emission_in_view(found.scene, found.materials)
+                error = max(error, bounds.error_of_light(radiance * found.scene.film.exposure))
+            seen = pilot.flagged("environment_in_view")[..., :3].any() and not found.scene.film.transparent
+            if name == "environment" and seen:
+                error = max(error, effect.levels[-1].error)  # a small window to the sky would be black
             known[name] = _with_last(effect, error, effect.share)
     for name in ("reflective_caustics", "refractive_caustics"):
         effect = effects[name]
@@ -61,30 +64,15 @@ def measured_effects(found: Found, effects: Mapping[str, Effect], pilot: Pilot) 
             known[name] = _with_last(effect, error_of_loss(pilot, light, unseen), _share(pilot, light))
     bounces = known.pop("bounces")
     if bounces.how != "exact":
+        bodies = bodies_in_view(found.scene, found.materials)
         for name, (kind, reason, loses) in _KINDS.items():
-            known[name] = _chain(name, kind, reason, loses, pilot, unseen)
+            known[name] = _chain(name, kind, reason, loses, pilot, unseen, bodies & {kind})
         limit = found.scene.settings.scene_bounces
         further = MOST_BOUNCES if limit is None else min(limit, MOST_BOUNCES)
-        bounces = _chain("bounces", "bounces", "", bounces.loses, pilot, unseen, further)
+        bounces = _chain("bounces", "bounces", "", bounces.loses, pilot, unseen, bodies, further)
     known["bounces"] = bounces
     known["transport"] = _as_often_reflected(found, known["transport"], bounces)
     return known
-
-
-def _emission_in_view(found: Found) -> float:
-    """Largest radiance of the emissive surfaces that the camera may see: a small lamp of a device is lost as a whole,
-    and too small for a mean of the picture.
-    """
-    scene, alone = found.scene, replace(found.scene, lights=(), world=World())
-    emitted = {each.name: max((radiance for radiance, _ in bounds.radiances(alone, [each])), default=0.0)
-               for each in found.materials}  # fmt: skip
-    boxes = placed_boxes(scene.meshes, scene.instances)
-    shown = [0.0]
-    for item, box in zip(scene.instances, boxes, strict=True):
-        radiance = max((emitted.get(name, 0.0) for name in item.materials), default=0.0)
-        if radiance > 0 and not item.hidden_from & Rays.CAMERA and may_be_in_view(scene.camera, scene.film, box):
-            shown.append(radiance)
-    return max(shown)
 
 
 def _as_often_reflected(found: Found, transport: Effect, bounces: Effect) -> Effect:
@@ -122,11 +110,13 @@ def _with_last(effect: Effect, error: float, share: float) -> Effect:
 
 
 def _chain(
-    name: str, count: str, reason: str, loses: str, pilot: Pilot, unseen: float, further: int = PILOT_BOUNCES
-) -> Effect:
+    name: str, count: str, reason: str, loses: str, pilot: Pilot, unseen: float, bodies: frozenset[str],
+    further: int = PILOT_BOUNCES,
+) -> Effect:  # fmt: skip
     """Numbers of bounces, each with the light beyond it in the pilot, except those that omit visible light and save
-    little. Light that the pilot may have missed adds to the error only, not to this exception. ``further``: the
-    scene's own limit; where it is above the pilot's, the light between them counts, too.
+    little. Light that the pilot may have missed adds to the error only, not to this exception. ``bodies``: types of
+    bounces that small mirrors and bodies of glass need. ``further``: the scene's own limit; where it is above the
+    pilot's, the light between them counts, too.
     """
     counts = (further, *COUNTED) if further > PILOT_BOUNCES else COUNTED
     after = pilot.after_last_bounce(count) if further > PILOT_BOUNCES else None
@@ -136,7 +126,8 @@ def _chain(
         lost = pilot.beyond(count, LEVELS if most == PILOT_BOUNCES else most)
         lost = lost if after is None else lost + after
         error, saves = max(error_of_loss(pilot, lost, unseen), error), max(_share(pilot, lost), saves)
-        seen = max(error_of_loss(pilot, lost), seen)
+        small = max((error_of_bodies(pilot, kind, most) for kind in bodies), default=0.0)
+        error, seen = max(error, small), max(error_of_loss(pilot, lost), seen, small)
         hidden = saves if seen <= HIDDEN else hidden
         pays = seen <= HIDDEN or saves >= hidden + WORTHWHILE
         if error <= 100 and (pays or most == 0):

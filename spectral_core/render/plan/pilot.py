@@ -30,8 +30,13 @@ LEVELS = 34
 """Numbers of bounces with a row each; the last row holds all larger numbers."""
 COUNTS = ("bounces", "diffuse", "glossy", "transmission")
 """Counts of bounces, each with LEVELS rows."""
-FLAGS = ("reflective_caustics", "refractive_caustics", "transparency", "environment", "emissive_meshes", "clamped")
-"""Types of light with a row each; the last is the light that the clamp of the scene's light paths removes."""
+FLAGS = (
+    "reflective_caustics", "refractive_caustics", "transparency", "environment", "emissive_meshes", "clamped",
+    "environment_in_view",
+)  # fmt: skip
+"""Types of light with a row each; ``clamped`` is the light that the clamp of the scene's light paths removes,
+``environment_in_view`` that which the camera sees directly.
+"""
 TOTAL = len(COUNTS) * LEVELS + len(FLAGS)
 ROWS = TOTAL + 1
 CHANNELS = 4
@@ -173,9 +178,9 @@ def _source_kinds(mi: Any, tracer: Any) -> NDArray[np.uint32]:
 def _book(
     pilot: Any, light: Any, parts: tuple[Any, ...], counts: Any, when: tuple[Any, Any], reflections: Any, met: float
 ) -> None:
-    """Add light to a pilot's rows; ``parts``: of the environment, of emissive surfaces, and removed by the clamp;
-    ``when``: active lanes, and those after the first surface; ``reflections``: surfaces that have reflected the light
-    diffusely.
+    """Add light to a pilot's rows; ``parts``: of the environment, of emissive surfaces, removed by the clamp, and of
+    the environment in view; ``when``: active lanes, and those after the first surface; ``reflections``: surfaces that
+    have reflected the light diffusely.
     """
     import drjit as dr
     import mitsuba as mi
@@ -261,7 +266,7 @@ def _pilot_class(variant: str) -> Any:
             parts = tuple(
                 self.clamped(path.throughput * of, path.depth > 1) for of in (self.met.world, self.met.emissive)
             )
-            parts += (path.throughput * value - light,)
+            parts += (path.throughput * value - light, dr.select(path.depth == 0, parts[0], 0.0))
             # light that the camera sees directly is lost at no number of bounces
             _book(self, light, parts, counts, (active, active & (path.depth > 0)), path.diffuse, 0.0)
             return value

@@ -20,7 +20,7 @@ from spectral_core.render.mitsuba_scene.paint import daylight_rgb, emitted_rgb, 
 from spectral_core.render.plan.decision import LATER_BOUNCES, USUAL_BOUNCES
 from spectral_core.render.plan.fluorescence import error_in_rgb
 from spectral_core.render.plan.inventory import shown_materials
-from spectral_core.render.plan.light.sizes import MOST_REFLECTANCE, paint_parts
+from spectral_core.render.plan.light.sizes import in_a_room, paint_parts
 from spectral_core.render.plan.spectral_media import lit_colors, media_surfaces, varies_in_color
 from spectral_core.render.plan.thin_film import film_surfaces
 from spectral_core.scene import (
@@ -44,7 +44,7 @@ from spectral_core.spectra.color import (
     luminance_from_linear_rgb,
 )
 from spectral_core.spectra.observer import STANDARD, integration_points, observer
-from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]
@@ -75,16 +75,17 @@ def rgb_transport_error(scene: Scene, reflections: int = MOST_REFLECTIONS) -> fl
     if any(volume.transfer.wavelengths_nm is not None for volume in scene.volumes):
         return float("inf")
     white = None if scene.settings.white is None else unit_luminance(scene.settings.white)
-    lights = distinct_lights(scene)
+    lights: list[tuple[Color | Spectrum, Color | None]] = [(light, None) for light in distinct_lights(scene)]
+    lights += _patterned(scene)
     paints = [part for material in materials for part in _reflecting(material)]
     surfaces = list(_surfaces(paints + lit_colors(scene)))
     surfaces += film_surfaces(materials) + media_surfaces(scene, materials)
     if len(surfaces) > MOST_SURFACES or len(lights) > MOST_LIGHTS:
         # at most as many as the comparison can hold: the most saturated surfaces, which differ most
         surfaces.sort(key=lambda item: (not item[2], -_saturation(item[0])))
-        lights.sort(key=lambda light: (isinstance(light, Color), -_saturation(emitted_rgb(light))))
+        lights.sort(key=lambda item: (isinstance(item[0], Color), -_saturation(_shone_rgb(*item))))
         surfaces, lights = surfaces[:MOST_SURFACES], lights[:MOST_LIGHTS]
-    dyes = error_in_rgb(scene, materials, lights)
+    dyes = error_in_rgb(scene, materials, [light for light, pattern in lights if pattern is None], reflections)
     return max(dyes, *(_error_under(light, white, surfaces, reflections) for light in lights))
 
 
@@ -92,21 +93,31 @@ def _saturation(rgb: Array) -> float:
     return float(np.ptp(rgb) / max(float(rgb.max()), 1e-6))
 
 
+def _shone_rgb(light: Color | Spectrum, pattern: Color | None) -> Array:
+    """Linear RGB of a light times the color of a pattern."""
+    return emitted_rgb(light) if pattern is None else emitted_rgb(light) * pattern.linear_rgb
+
+
 def _error_under(
-    light: Color | Spectrum, white: Spectrum | None, surfaces: list[tuple[Array, Any, bool]], reflections: int
+    shone: tuple[Color | Spectrum, Color | None],
+    white: Spectrum | None,
+    surfaces: list[tuple[Array, Any, bool]],
+    reflections: int,
 ) -> float:
-    """Largest ΔE2000 over surfaces, each alone and after others."""
+    """Largest ΔE2000 over surfaces, each alone and after others. ``shone``: a light, and a color of its pattern."""
+    light, pattern = shone
     spectrum = emitted_spectrum(light, white)
     if not np.any(spectrum.values) or not surfaces:
         return 0.0
     points, weights = integration_points(WAVELENGTHS_NM, spectrum.grid.wavelengths_nm)
     viewer = observer(STANDARD)
     cmfs = np.stack([np.interp(points, viewer.wavelengths_nm, row, left=0, right=0) for row in viewer.cmfs])
-    measure = RGB_FROM_XYZ @ (cmfs * (weights * spectrum.at(points)))
+    passed = spectrum.at(points) if pattern is None else spectrum.at(points) * upsampled(pattern.linear_rgb, points)
+    measure = RGB_FROM_XYZ @ (cmfs * (weights * passed))
     size = max(float(luminance_from_linear_rgb(measure.sum(axis=1))), 1e-30)  # scaled to a luminance of 1
     rgb = np.stack([item[0] for item in surfaces])
     spectra = np.stack([item[1](points) for item in surfaces])
-    weighted, plain = spectra * (measure / size)[:, None], rgb * (emitted_rgb(light) / size)
+    weighted, plain = spectra * (measure / size)[:, None], rgb * (_shone_rgb(light, pattern) / size)
 
     def error(exact: Array, simple: Array) -> float:
         """Of colors (..., 3); no picture is exposed brighter than white and half of it."""
@@ -122,7 +133,7 @@ def _error_under(
         return alone
     again = LATER_BOUNCES * max(alone, after_each(1 + SECOND_BOUNCE * spectra, 1 + SECOND_BOUNCE * rgb))
     behind = after_each(spectra, rgb)  # a filter before another one, or a corner without direct light
-    room = after_each(_kept_in(spectra, reflections), _kept_in(rgb, reflections))
+    room = after_each(in_a_room(spectra, reflections), in_a_room(rgb, reflections))
     # filters or mirrors of one color, one behind another
     rows = [
         error(np.sum(weighted * spectra**count, axis=2).T, plain * rgb**count)
@@ -131,10 +142,21 @@ def _error_under(
     return max(again, behind, room, *rows)
 
 
-def _kept_in(reflectance: Array, most: int) -> Array:
-    """Light on the surfaces of a closed room of one reflectance after up to ``most`` reflections, 1 for the first."""
-    kept = np.clip(MOST_REFLECTANCE * reflectance, 0.0, MOST_REFLECTANCE)
-    return np.asarray((1 - kept**most) / (1 - kept))
+def _patterned(scene: Scene) -> list[tuple[Color | Spectrum, Color | None]]:
+    """Lights of lamps whose patterns color them, each with the colors that a pattern may have anywhere: where it is
+    red, a lamp of one line is as dark or as bright as that line behind a red filter.
+    """
+    found: dict[Any, tuple[Color | Spectrum, Color | None]] = {}
+    for light in scene.lights:
+        if light.pattern is None or light.pattern.program.width != 3:
+            continue
+        color = Color(_planck_rgb(light.color)) if light.is_planckian else light.color
+        own = np.maximum(light.pattern.typical, 0.0)
+        patterns = [*_PRIMARIES, *([own / own.max()] if own.any() else [])]
+        for usable in (each for part in paint_parts(color) for each in _lights(part)):
+            for pattern in patterns:
+                found.setdefault((_key(usable), tuple(np.round(pattern, 4))), (usable, Color(pattern)))
+    return list(found.values())
 
 
 def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
@@ -142,9 +164,6 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     paints: list[Any] = [
         Color(_planck_rgb(light.color)) if light.is_planckian else light.color for light in scene.lights
     ]
-    # a pattern tints the light of a lamp; its mean color stands for it
-    paints += [Color(np.maximum(light.pattern.typical, 0.0)) for light in scene.lights
-               if light.pattern is not None and light.pattern.program.width == 3]  # fmt: skip
     paints += [Color(_planck_rgb(w.color)) if w.is_planckian else w.color for w in scene.world.parts]
     shown = shown_materials(scene)
     materials = [material for material in scene.materials if material.name in shown]
@@ -155,14 +174,15 @@ def distinct_lights(scene: Scene) -> list[Color | Spectrum]:
     for paint in paints:
         for part in paint_parts(paint):
             for usable in _lights(part):
-                # the brightness of a light does not change color differences
-                key = (
-                    (usable.grid.wavelengths_nm.tobytes(), usable.values.tobytes())
-                    if isinstance(usable, Spectrum)
-                    else tuple(np.round(usable.linear_rgb / max(float(np.max(usable.linear_rgb)), 1e-30), 4))
-                )
-                found.setdefault(key, usable)
+                found.setdefault(_key(usable), usable)
     return list(found.values()) or [Color(np.ones(3))]
+
+
+def _key(light: Color | Spectrum) -> Any:
+    """What distinguishes lights, without regard to the brightness of colors, which does not change differences."""
+    if isinstance(light, Spectrum):
+        return light.grid.wavelengths_nm.tobytes(), light.values.tobytes()
+    return tuple(np.round(light.linear_rgb / max(float(np.max(light.linear_rgb)), 1e-30), 4))
 
 
 def _lights(paint: Any) -> Iterator[Color | Spectrum]:
@@ -188,8 +208,12 @@ def _planck_rgb(paint: Any) -> Array:
 
 
 def _reflecting(material: Any) -> Iterator[Any]:
-    """Paints of a material that are reflectances."""
-    for value in values_of(material.surface):
+    """Paints of a material that are reflectances, and its indices of refraction; no spectra that it emits."""
+    values = list(values_of(material.surface))
+    for emitted in (color for color, _ in emissions_of(material.surface) if isinstance(color, Spectrum)):
+        same = [number for number, value in enumerate(values) if value is emitted]
+        values = [value for number, value in enumerate(values) if number not in same[:1]]  # a paint may be both
+    for value in values:
         yield from (part for part in paint_parts(value) if isinstance(part, Paint))
     if material.medium is not None and isinstance(material.medium.color, Color):
         yield material.medium.color
@@ -201,8 +225,11 @@ def _surfaces(paints: list[Any]) -> Iterator[tuple[Array, Any, bool]]:
         if isinstance(paint, Color):
             yield from _colors(np.atleast_2d(paint.linear_rgb))
         elif isinstance(paint, Spectrum):
-            if float(paint.values.max()) <= 1.0 + 1e-6:  # an index of refraction is not a reflectance
-                yield daylight_rgb(paint), paint.at, True
+            if isinstance(paint, Illuminant):  # as a paint it stands for its color
+                yield from _colors(np.atleast_2d(emitted_rgb(paint)))
+            elif float(paint.values.min()) < 1.0:  # an index of refraction is not a reflectance
+                held = Spectrum(paint.name, paint.grid, np.clip(paint.values, 0.0, 1.0))
+                yield np.clip(daylight_rgb(held), 0.0, 1.0), held.at, True  # as both kinds of transport have it
         elif isinstance(paint, ImageTexture):
             rows = some_colors(paint.pixels, paint.color_space)
             yield from _colors(np.concatenate([rows[:: max(1, len(rows) // TEXELS)], rows[_most_colorful(rows)]]))
@@ -212,7 +239,7 @@ def _surfaces(paints: list[Any]) -> Iterator[tuple[Array, Any, bool]]:
             chosen = np.concatenate([weights[:: max(1, len(weights) // TEXELS)], weights[_most_colorful(rows)]])
             for values in chosen @ paint.spectra:
                 spectrum = Spectrum("texel", SpectralGrid(paint.grid.wavelengths_nm), values)
-                yield daylight_rgb(spectrum), spectrum.at, True
+                yield np.clip(daylight_rgb(spectrum), 0.0, 1.0), spectrum.at, True
         elif isinstance(paint, Computed):
             yield from _colors(_PRIMARIES if paint.program.width == 3 else np.full((1, 3), 0.5))
 

@@ -38,6 +38,14 @@ MOST_REFLECTANCE = 0.98
 """Largest share of light that a surface is taken to keep; a series of bounces at 1 would not end."""
 
 
+def in_a_room(reflectance: Any, most: int) -> Any:
+    """Light on the surfaces of a closed room of one reflectance, an array, after up to ``most`` reflections, 1 for the
+    first.
+    """
+    kept = np.clip(MOST_REFLECTANCE * reflectance, 0.0, MOST_REFLECTANCE)
+    return (1 - kept**most) / (1 - kept)
+
+
 def paint_parts(paint: Any) -> Iterator[Any]:
     """The components of a mixed paint, or the paint itself."""
     if isinstance(paint, MixedPaint):
