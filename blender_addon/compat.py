@@ -10,6 +10,7 @@ from typing import Any
 
 import bpy
 import numpy as np
+from mathutils import Color
 from numpy.typing import NDArray
 
 # RGB to XYZ of each scene-linear space that Blender offers, white adapted to D65 (Bradford), as its OpenColorIO
@@ -43,14 +44,44 @@ def path_options() -> set[str]:
 
 
 def working_space(data: Any) -> str:
-    """Name of the scene-linear space of ``bpy.data``; before 5.0 it is always Rec.709."""
+    """Name of the scene-linear space of ``bpy.data``; before 5.0 files have none, and that of the colors counts."""
     colorspace = getattr(data, "colorspace", None)
-    return "Linear Rec.709" if colorspace is None else str(colorspace.working_space)
+    if colorspace is not None:
+        return str(colorspace.working_space)
+    return _name_of_present() or "scene_linear"
 
 
-def rec709_from_working(name: str) -> NDArray[np.float64] | None:
-    """Matrix (3, 3) from a scene-linear space of Blender to linear sRGB, None if the space is not known."""
-    return _REC709_FROM.get(name)
+def rec709_from_working(name: str) -> NDArray[np.float64]:
+    """Matrix (3, 3) from a scene-linear space of Blender to linear sRGB.
+
+    A name that Blender's own configuration lacks is that of the present space of the one that ``$OCIO`` names.
+    """
+    known = name if name in _REC709_FROM else _name_of_present()
+    return _rec709_from_present() if known is None else _REC709_FROM[known]
+
+
+def _name_of_present() -> str | None:
+    """Blender's name of the scene-linear space that it has now; None for a space of another configuration."""
+    measured = _rec709_from_present()
+    return next((name for name, known in _REC709_FROM.items() if np.allclose(known, measured, atol=1e-4)), None)
+
+
+def _rec709_from_present() -> NDArray[np.float64]:
+    """Matrix (3, 3) from the scene-linear space that Blender has now to linear sRGB, in single precision."""
+    columns = [Color(axis).from_scene_linear_to_rec709_linear() for axis in np.eye(3)]
+    return np.array(columns, dtype=np.float64).T
+
+
+LINEAR_REC709 = ("Linear Rec.709", "Linear Rec.709 (sRGB)", "Utility - Linear - sRGB", "Linear")
+"""Names of linear sRGB: in Blender's own configuration, in those of ACES from 2 on and before, and in old ones."""
+
+
+def set_linear_rec709(image: Any) -> None:
+    """Let the numbers of an image of floats be linear sRGB, by the name that the present configuration has for it."""
+    for name in LINEAR_REC709:
+        with contextlib.suppress(TypeError):  # no such space
+            image.colorspace_settings.name = name
+            return
 
 
 def node_tree(owner: Any) -> Any:

@@ -107,7 +107,7 @@ def words(pictures: list[Picture], settings: Any) -> tuple[str, str]:
 def working_from_rgb() -> Any:
     """Matrix (3, 3) from linear sRGB to Blender's scene-linear space, None if they are the same."""
     matrix = compat.rec709_from_working(compat.working_space(bpy.data))
-    return None if matrix is None or np.array_equal(matrix, np.eye(3)) else np.linalg.inv(matrix)
+    return None if np.array_equal(matrix, np.eye(3)) else np.linalg.inv(matrix)
 
 
 def shown_from_rgb(picture_matrix: Any) -> Any:

@@ -66,12 +66,7 @@ class Translation:
     @classmethod
     def of(cls, depsgraph: Any, data: Any) -> Translation:
         """Start a translation of ``depsgraph`` with the color space of ``data`` (``bpy.data``)."""
-        name = compat.working_space(data)
-        matrix = compat.rec709_from_working(name)
-        translation = cls(depsgraph, np.eye(3) if matrix is None else matrix)
-        if matrix is None:
-            translation.note("Color space", f"the working space {name!r} is not known; colors are read as Rec.709")
-        return translation
+        return cls(depsgraph, compat.rec709_from_working(compat.working_space(data)))
 
     @property
     def scene(self) -> Any:

@@ -21,8 +21,7 @@ from spectral_core.spectra.spectrum import Illuminant
 
 from .. import compat
 from ..properties.texture_design import TEXTURE_FIELDS
-from .shading.image_files.color_spaces import scene_linear
-from .shading.images import LINEAR_SPACES, NUMBER_SPACES
+from .shading.image_files.color_spaces import holds_numbers, is_linear, scene_linear
 from .spectra.stored import spectrum_of
 
 OPAQUE = ("NONE", "CHANNEL_PACKED")
@@ -122,20 +121,20 @@ def _is_read_as_shown(image: Image, path: Path) -> bool:
     ending = path.suffix.lower()
     if image.source != "FILE" or image.is_dirty or image.packed_file is not None or ending not in READ_AS_THEY_ARE:
         return False
-    space, is_linear = image.colorspace_settings.name, ending in (".exr", ".hdr")
+    keeps_floats = ending in (".exr", ".hdr")
     return image.alpha_mode not in OPAQUE and (
-        space in (*LINEAR_SPACES, *NUMBER_SPACES) if is_linear else space == "sRGB"
+        is_linear(image) or holds_numbers(image) if keeps_floats else image.colorspace_settings.name == "sRGB"
     )
 
 
 def _linear_srgb(image: Image, colors: NDArray[np.float32]) -> NDArray[np.float32]:
     """Linear sRGB (height, width, 3) of an image's pixels; Blender has brought floats to its scene-linear space."""
     space = image.colorspace_settings.name
-    if space in NUMBER_SPACES or (space in LINEAR_SPACES and not image.is_float):
+    if holds_numbers(image) or (is_linear(image) and not image.is_float):
         return colors
     linear = colors if image.is_float else scene_linear(colors, space)
     matrix = compat.rec709_from_working(compat.working_space(bpy.data))
-    return linear if matrix is None else (linear @ matrix.T).astype(np.float32)
+    return (linear @ matrix.T).astype(np.float32)
 
 
 def report_lines(figures: dict[str, Any]) -> list[str]:

@@ -14,7 +14,7 @@ from bpy.types import Scene
 
 from spectral_core.files.whole_picture import require_written
 
-from ..compat import image_format, working_space
+from ..compat import image_format, set_linear_rec709, working_space
 
 if TYPE_CHECKING:
     from spectral_core.render.relight.view_transform import ViewTransform
@@ -108,7 +108,7 @@ def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
     how = {"color_mode": "RGB", "color_depth": "16", "compression": 0, "color_management": "FOLLOW_SCENE"}
     try:
         pixels = np.concatenate([linear, np.ones((height, width, 1))], axis=-1).astype(np.float32)
-        image.colorspace_settings.name = "Linear Rec.709"
+        set_linear_rec709(image)
         image.pixels.foreach_set(pixels.ravel())
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "view.png"
@@ -116,7 +116,7 @@ def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
                 image.save_render(str(path), scene=scene)
             require_written(path)
             read = bpy.data.images.load(str(path))
-            read.colorspace_settings.name = "Non-Color"
+            read.colorspace_settings.is_data = True
             found = np.empty(4 * width * height, np.float32)
             read.pixels.foreach_get(found)
     finally:

@@ -143,7 +143,7 @@ def test_digits_of_the_extension_are_no_frame(monkeypatch):
     from blender_addon.translate.shading import image_files
 
     monkeypatch.setattr(image_files, "_loaded", lambda like, path: nullcontext(path))
-    image = SimpleNamespace(filepath="/shots/v2/take3_07.jp2", library=None)
+    image = SimpleNamespace(filepath="/shots/v2/take3_07.jp2", library=None, source="SEQUENCE")
     with image_files.frame_image(image, 12) as found:
         assert found == "/shots/v2/take3_12.jp2"
 

@@ -57,7 +57,7 @@ def picture_for(scene: Scene, width: int, height: int) -> Image:
 def new_picture(name: str, width: int, height: int) -> Image:
     """A new image for linear light."""
     image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True)
-    image.colorspace_settings.name = "Linear Rec.709"
+    compat.set_linear_rec709(image)
     return image
 
 

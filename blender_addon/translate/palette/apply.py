@@ -79,7 +79,7 @@ def store_colors(target: ID) -> None:
     else:
         rgb = linear_rgb_from_product(normalized(illuminant("D65")), spectrum.grid) @ spectrum.values
     matrix = compat.rec709_from_working(compat.working_space(bpy.data))
-    color = np.maximum(rgb if matrix is None else np.linalg.solve(matrix, rgb), 0.0)
+    color = np.maximum(np.linalg.solve(matrix, rgb), 0.0)
     if isinstance(target, bpy.types.Light):
         target.color = color
         compat.switch_temperature_off(target)  # it would tint the color

@@ -74,8 +74,7 @@ def _main_color(material: bpy.types.Material) -> NDArray[np.float64]:
     """
     found = _surface_color(material)
     color = np.array(material.diffuse_color[:3] if found is None else found)
-    matrix = compat.rec709_from_working(compat.working_space(bpy.data))
-    return color if matrix is None else matrix @ color
+    return compat.rec709_from_working(compat.working_space(bpy.data)) @ color
 
 
 def _surface_color(material: bpy.types.Material) -> tuple[float, ...] | None:

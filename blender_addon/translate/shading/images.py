@@ -20,7 +20,7 @@ from ..ledger import note_changed
 from ..questions import state_of_file
 from .image_files import frame_image, frame_of, tile_image, tiles_of
 from .image_files.alpha import file_bytes, is_from_file, is_gray_file, multiplied, multiplied_floats
-from .image_files.color_spaces import VIDEO_SPACES, VIDEO_WHITE, as_in_file, scene_linear
+from .image_files.color_spaces import VIDEO_SPACES, VIDEO_WHITE, as_in_file, holds_numbers, is_linear, scene_linear
 from .tree import Output, is_read, wanted_aovs
 
 Array = NDArray[Any]
@@ -34,8 +34,8 @@ EXTENSIONS: dict[str, Literal["repeat", "clip", "extend", "mirror"]] = {
 INTERPOLATIONS: dict[str, Literal["nearest", "cubic"]] = {"Closest": "nearest", "Cubic": "cubic", "Smart": "cubic"}
 CHUNK = 1 << 16
 """Numbers of an image that are converted at once."""
-LINEAR_SPACES = ("Linear Rec.709", "Linear", "scene_linear")
-NUMBER_SPACES = ("Non-Color", "Raw")
+MOVING = ("SEQUENCE", "MOVIE")
+"""Sources of images that show another picture at each frame."""
 WHOLE, FRAME, TILE, STACKED, USE = "whole", "frame", "tile", "stacked", "use"
 """First words of the keys of images that were read, by what they are; Blender's image follows, as ``_image_key``."""
 
@@ -50,7 +50,7 @@ def image_of_node(translation: Translation, output: Output, owner: str) -> Image
     if image is None:
         translation.note(owner, f"{node.name!r} has no image; it is magenta, as in Cycles")
         return None
-    if image.source == "SEQUENCE":
+    if image.source in MOVING:
         texture = _frame(translation, node, channel, alpha_is_read(translation, output))
     else:
         texture = read_image(translation, image, channel, alpha_is_read=alpha_is_read(translation, output))
@@ -67,7 +67,7 @@ def image_of_node(translation: Translation, output: Output, owner: str) -> Image
 
 
 def _frame(translation: Translation, node: Any, channel: str, reads_alpha: bool) -> ImageTexture | None:
-    """The file of a sequence that a node shows at the scene's frame."""
+    """The file of a sequence, or the picture of a movie, that a node shows at the scene's frame."""
     translation.reads_elsewhere = True  # the scene's frame
     image, number = node.image, frame_of(node.image_user, int(translation.scene.frame_current))
     key = (FRAME, *_image_key(image), channel, reads_alpha, number)
@@ -76,7 +76,7 @@ def _frame(translation: Translation, node: Any, channel: str, reads_alpha: bool)
         with frame_image(image, number) as found:
             if found is not None:
                 return _read(translation, found, channel, reads_alpha)
-        where = f"{image.filepath}, file {number}"
+        where = f"{image.filepath}, file {number}" if image.source == "SEQUENCE" else image.filepath or "no file"
         translation.note(image.name, f"the image could not be read ({where}); it is magenta, as in Cycles")
         return None
 
@@ -183,7 +183,7 @@ def exchanged(read: Iterable[Any], images: Iterable[Any]) -> set[int]:
 
 def moving(images: Iterable[Any]) -> set[int]:
     """Session numbers of the images that each frame may change without a report."""
-    return {image.session_uid for image in images if image.source in ("SEQUENCE", "MOVIE")}
+    return {image.session_uid for image in images if image.source in MOVING}
 
 
 def _read(translation: Translation, image: Any, channel: str, alpha_is_read: bool) -> ImageTexture | None:
@@ -193,8 +193,6 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         translation.note(image.name, f"the image could not be read ({where}); it is magenta, as in Cycles")
         return None
     note_changed(translation, image.name, image)
-    if image.source in ("SEQUENCE", "MOVIE"):
-        translation.note(image.name, "this movie or sequence shows the frame that Blender has loaded")
     if image.is_dirty and is_from_file(image):
         translation.note(image.name, "it shows what was painted and not saved; a final render of Cycles reads the file")
     if image.source == "TILED":
@@ -210,8 +208,7 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
         alpha = pixels[..., 3:4] if has_alpha else np.full((height, width, 1), 255, np.uint8)
         return ImageTexture(f"{image.name} (alpha)", np.ascontiguousarray(alpha), color_space="raw")
     colors = np.ascontiguousarray(pixels[..., :3] if pixels.shape[2] >= 3 else pixels[..., :1])
-    space = image.colorspace_settings.name
-    multiplies = has_alpha and image.alpha_mode != "CHANNEL_PACKED" and space not in NUMBER_SPACES
+    multiplies = has_alpha and image.alpha_mode != "CHANNEL_PACKED" and not holds_numbers(image)
     coverage = pixels[..., 3:4] if multiplies else None
     read = _float_image if image.is_float else _byte_image
     return read(translation, image, colors, coverage, alpha_is_read)
@@ -238,7 +235,7 @@ def _float_image(
     if space in VIDEO_SPACES and is_from_file(image):
         colors = colors * VIDEO_WHITE
     colors = _with_alpha(colors, alpha, alpha_is_read)
-    if space in NUMBER_SPACES:
+    if holds_numbers(image):
         return ImageTexture(image.name, colors, color_space="raw")
     if space == "sRGB" and is_from_file(image) and not translation.converts_colors:
         return ImageTexture(image.name, as_in_file(colors, divided), color_space="srgb")
@@ -260,8 +257,8 @@ def _byte_image(
     if alpha is not None:
         colors = file_bytes(translation, image, colors, alpha)
     kind: Literal["raw", "linear", "srgb"] = "srgb"
-    if space in NUMBER_SPACES or space in LINEAR_SPACES:
-        kind = "raw" if space in NUMBER_SPACES else "linear"
+    if holds_numbers(image) or is_linear(image):
+        kind = "raw" if holds_numbers(image) else "linear"
     if kind != "srgb" or space == "sRGB":
         if alpha is not None:
             colors = multiplied(image, colors, alpha)

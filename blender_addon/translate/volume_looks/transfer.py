@@ -172,5 +172,4 @@ def _store_curve(volume: Volume, entry: PropertyGroup, which: str, values: np.nd
 def _rgb_from_working() -> np.ndarray:
     import bpy
 
-    matrix = compat.rec709_from_working(compat.working_space(bpy.data))
-    return np.eye(3) if matrix is None else matrix
+    return compat.rec709_from_working(compat.working_space(bpy.data))

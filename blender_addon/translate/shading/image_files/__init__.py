@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files behind one Blender image: tiles of a UDIM set, and the frame of a sequence that is shown now."""
+"""Files behind one Blender image: tiles of a UDIM set, and the frame of a sequence or movie that is shown now."""
 
 from __future__ import annotations
 
@@ -46,7 +46,8 @@ def tile_image(image: Any, number: int) -> Iterator[Any]:
 
 
 def frame_of(user: Any, frame: int) -> int:
-    """Number of the file that a sequence shows at a frame (Blender's ``BKE_image_user_frame_get``).
+    """Number of the file of a sequence, or of the picture of a movie, at a frame (Blender's
+    ``BKE_image_user_frame_get``).
 
     Without Auto Refresh, too: the setting redraws editors alone, and each render computes the number anew.
     """
@@ -61,8 +62,14 @@ def frame_of(user: Any, frame: int) -> int:
 
 @contextmanager
 def frame_image(image: Any, number: int) -> Iterator[Any]:
-    """An image of one file of a sequence, None without one; gone afterward."""
+    """An image of one file of a sequence, or of one picture of a movie, None without one; gone afterward."""
     path = bpy.path.abspath(image.filepath, library=image.library)
+    if image.source == "MOVIE":
+        with _loaded(image, path) as found:
+            if found is not None:
+                permitted(lambda: _wind(found, number))
+            yield found
+        return
     digits = list(re.finditer(r"\d+", Path(path).stem))  # those of an extension, as .jp2, do not count
     if not digits:
         yield None
@@ -76,12 +83,27 @@ def frame_image(image: Any, number: int) -> Iterator[Any]:
 def _read_as(like: Any, path: str) -> Any:
     made = bpy.data.images.load(path, check_existing=False)
     try:
-        made.colorspace_settings.name = like.colorspace_settings.name
+        if like.colorspace_settings.name:  # else it follows from the file: nothing has read the image so far
+            made.colorspace_settings.name = like.colorspace_settings.name
         made.alpha_mode = like.alpha_mode
+        made.use_deinterlace = like.use_deinterlace
     except AttributeError:  # see ``permitted``
         bpy.data.images.remove(made)
         raise
     return made
+
+
+def _wind(movie: Any, number: int) -> None:
+    """Let the pixels of a movie be those of one of its pictures; beyond its ends, those of the first or last one.
+
+    Scripts have no way to choose it: ``pixels`` are those that Blender has read last, as it does for a texture.
+    """
+    texture = bpy.data.textures.new("Picture", "IMAGE")
+    try:
+        texture.image, texture.image_user.frame_current = movie, number
+        texture.evaluate((0.0, 0.0, 0.0))
+    finally:
+        bpy.data.textures.remove(texture)
 
 
 @contextmanager

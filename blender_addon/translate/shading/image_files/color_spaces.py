@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colors of any space of Blender's OpenColorIO configuration: Blender converts them where it reads a picture."""
+"""Colors of any space of Blender's OpenColorIO configuration, or of another one that ``$OCIO`` names: Blender converts
+them where it reads a picture.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 from spectral_core.files.whole_picture import require_written
 from spectral_core.spectra.color import display_rgb_from_linear
 
+from .... import compat
 from .permitted import permitted
 
 Array = NDArray[Any]
@@ -28,6 +31,19 @@ ROWS = 64
 VIDEO_SPACES = ("Rec.2100-HLG", "Rec.2100-PQ")
 VIDEO_WHITE = np.float32(2.03)
 """Colors of video in Cycles against those in Blender: their 1 stands for 100 and 203 cd/m²."""
+
+
+def holds_numbers(image: Any) -> bool:
+    """True if an image holds numbers and no colors; the name of this space depends on the configuration."""
+    return bool(image.colorspace_settings.is_data)
+
+
+def is_linear(image: Any) -> bool:
+    """True if the numbers of an image are linear sRGB."""
+    space = image.colorspace_settings.name
+    if space == "scene_linear":
+        return bool(np.array_equal(compat.rec709_from_working(compat.working_space(bpy.data)), np.eye(3)))
+    return space in compat.LINEAR_REC709
 
 
 def scene_linear(colors: Array, space: str) -> Array:
@@ -64,9 +80,8 @@ def _converted(rgb: Array, space: str) -> Array:
     pixels[: len(rgb), :3] = rgb
     with tempfile.TemporaryDirectory() as folder:
         path = str(Path(folder) / "colors.exr")
-        written = bpy.data.images.new("Colors", width, height, float_buffer=True)
+        written = bpy.data.images.new("Colors", width, height, float_buffer=True, is_data=True)
         try:
-            written.colorspace_settings.name = "Non-Color"
             written.pixels.foreach_set(pixels.ravel())
             written.filepath_raw, written.file_format = path, "OPEN_EXR"
             with suppress(RuntimeError):  # Blender's, on a full disk
