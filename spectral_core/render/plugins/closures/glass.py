@@ -24,7 +24,8 @@ def register(mi: Any, dr: Any) -> None:
 
         ``ior``: a number or, with ``disperses``, a spectrum that is read at the first wavelength (all wavelengths of
         such a path are equal). ``smooth``: a sharp interface; else ``roughness`` with GGX facets, whose energy is kept
-        by ``outside`` and ``inside`` (tables) and their means. ``halves``: each of two surfaces takes half of the
+        by ``outside`` and ``inside`` (tables, or
+        stacks of ``layers`` of them by the index) and their means. ``halves``: each of two surfaces takes half of the
         transmission's color. Radiance is not scaled by the squared index, as in Cycles: what enters also leaves. It may
         have a thin film.
         """
@@ -50,7 +51,8 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = int(kinds[0] | kinds[1] | sides)
             if not self.smooth:
                 self.roughness = inputs["roughness"]
-                self.layered = bool(inputs.get("layered", False))
+                self.layers = inputs.get("layers", 0)
+                self.first_place, self.per_place = inputs.get("first_place", None), inputs.get("per_place", None)
                 if self.keeps_energy:
                     self.tables = [(inputs[side], inputs[f"{side}_mean"]) for side in ("outside", "inside")]
                 if self.film is not None:
@@ -112,10 +114,12 @@ def register(mi: Any, dr: Any) -> None:
         def energy(self, si: Any, eta: Any, roughness: Any, cosine: Any) -> tuple[Any, Any]:
             """Energy of one bounce between facets, and its mean over the hemisphere."""
             place, outer = None, si.wi.z > 0.0
-            if self.layered:
+            if self.layers:
                 place, outer = dr.sqrt(dr.abs(eta - 1.0) / (eta + 1.0)) / HIGHEST, eta > 1.0
+            if self.first_place is not None:
+                place = (place - self.first_place.eval_1(si)) * self.per_place.eval_1(si)
             read = lambda table: (  # noqa: E731
-                table(roughness, cosine) if place is None else table.layer(place, roughness, cosine)
+                table(roughness, cosine) if place is None else table.layer(place, roughness, cosine, self.layers)
             )
             single, mean = (dr.select(outer, read(a), read(b)) for a, b in zip(*self.tables, strict=True))
             return single, mean
