@@ -67,6 +67,7 @@ SURFACES = {
     "velvet": Principled(WHITE, sheen_weight=1.0, sheen_roughness=0.6),
     "half transparent": Principled(WHITE, alpha=0.4),
     "half glass": Principled(WHITE, transmission=0.5, roughness=0.0, metallic=0.3),
+    "bubble of a dark reflection": Principled(WHITE, ior=0.6, transmission=1.0, roughness=1.0, specular_tint=gray(0.0)),
 }
 
 

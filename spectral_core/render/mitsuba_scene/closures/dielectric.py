@@ -154,6 +154,12 @@ def _to_the_ends(index: Spectrum) -> Spectrum:
     return Spectrum(index.name, SpectralGrid(knots), np.interp(knots, given, index.values))
 
 
+def facing_inputs(*, passes: bool) -> dict[str, Any]:
+    """Mean cosines to parts of the facets of a film, or of glass with a tint of its reflection."""
+    parts = albedo.facing_parts(PARTS_OF_GLASS if passes else PARTS_OF_LAYER, lost=passes)
+    return {f"film_facing_{number}": Albedos(part) for number, part in enumerate(parts)}
+
+
 def film_inputs(
     context: Context, closure: Glass | Metal | Principled, subject: str, *, passes: bool = False
 ) -> dict[str, Any]:
@@ -164,9 +170,8 @@ def film_inputs(
     """
     if closure.thin_film_thickness == 0:
         return {}
-    parts = albedo.facing_parts(PARTS_OF_GLASS if passes else PARTS_OF_LAYER, lost=passes)
     inputs: dict[str, Any] = {
-        **{f"film_facing_{number}": Albedos(part) for number, part in enumerate(parts)},
+        **facing_inputs(passes=passes),
         "thin_film_thickness": paint.number(context, closure.thin_film_thickness, subject),
         "thin_film_ior": paint.number(context, closure.thin_film_ior, subject),
     }

@@ -55,7 +55,7 @@ def register(mi: Any, dr: Any) -> None:
                 self.first_place, self.per_place = inputs.get("first_place", None), inputs.get("per_place", None)
                 if self.keeps_energy:
                     self.tables = [(inputs[side], inputs[f"{side}_mean"]) for side in ("outside", "inside")]
-                if self.film is not None:
+                if self.film is not None or (self.is_colored and self.keeps_energy):
                     self.mirror, self.facing = inputs["single"], facing_of(inputs)
 
         def relative_ior(self, si: Any, active: Any) -> Any:
@@ -99,16 +99,16 @@ def register(mi: Any, dr: Any) -> None:
             """Probability of drawing a share of light: itself, or its mean if a film or a tint colors it."""
             return channel_mean(dr, share) if self.is_colored else share
 
-        def under_film(self, si: Any, roughness: Any, cosine: Any, single: Any, active: Any) -> Any:
-            """Energy of one bounce with a film, from that without: the light that it transmits in place of reflecting
-            is masked by facets in another way. Fresnel factors are taken at equal parts of the facets.
+        def under_color(self, si: Any, roughness: Any, cosine: Any, single: Any, active: Any) -> Any:
+            """Energy of one bounce with a film or a tint, from that without: the light that these transmit in place of
+            reflecting is masked by facets in another way. Fresnel factors are taken at equal parts of the facets.
             """
             eta = self.relative_ior(si, active)
             facing = [part(roughness, cosine) for part in self.facing]
             bare = sum(mi.fresnel(place, eta)[0] for place in facing) / len(facing)
-            filmed = sum(self.reflectance(si, place, eta, active)[0] for place in facing) / len(facing)
+            colored = sum(self.reflectance(si, place, eta, active)[0] for place in facing) / len(facing)
             mirror = self.mirror(roughness, cosine)
-            changed = single + (bare - filmed) * (single - mirror) / dr.maximum(1.0 - bare, 1e-3)
+            changed = single + (bare - colored) * (single - mirror) / dr.maximum(1.0 - bare, 1e-3)
             return dr.clip(changed, 0.05, 1.0)
 
         def energy(self, si: Any, eta: Any, roughness: Any, cosine: Any) -> tuple[Any, Any]:
@@ -186,8 +186,8 @@ def register(mi: Any, dr: Any) -> None:
                 if not self.keeps_energy:
                     return mi.Float(1.0)
                 single, mean = self.energy(si, eta, roughness, wi.z)
-                if self.film is not None:
-                    single = self.under_film(si, roughness, wi.z, single, active)
+                if self.is_colored:
+                    single = self.under_color(si, roughness, wi.z, single, active)
                 return kept_of(single, mean, color)
 
             # as in Cycles, light between facets has the color of the transmission, also where it is reflected
