@@ -8,7 +8,7 @@ it is, the further a prism spreads colors.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -21,8 +21,10 @@ D_NM, F_NM, C_NM = 587.5618, 486.1327, 656.2725
 """Fraunhofer's lines d (helium), F and C (hydrogen)."""
 ABBE_NUMBERS = (5.0, 200.0)
 """Range of Abbe numbers that are accepted; glasses have 20 to 95."""
-_STEPS = (360.0, 830.0, 5.0)
-"""Knots in nm: straight lines between them are within 6e-5 of the curve of any named glass."""
+_STEPS = (300.0, 830.0, 5.0)
+"""Knots in nm, from the ultraviolet that excites dyes on: from 360 nm on, straight lines between them are within 6e-5
+of the curve of any named glass.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +80,7 @@ NAMED_INDICES: Mapping[str, Sellmeier] = MappingProxyType(
 
 
 def named_index(name: str) -> Spectrum:
-    """Index of refraction of a material in ``NAMED_INDICES``, 360 to 830 nm.
+    """Index of refraction of a material in ``NAMED_INDICES``, 300 to 830 nm.
 
     Raises UnknownNameError for another name.
     """
@@ -90,7 +92,7 @@ def named_index(name: str) -> Spectrum:
 
 
 def index_by_abbe(index_d: float, abbe_number: float) -> Spectrum:
-    """Index of refraction by that at the line d and an Abbe number: Cauchy's A + B / λ², 360 to 830 nm.
+    """Index of refraction by that at the line d and an Abbe number: Cauchy's A + B / λ², 300 to 830 nm.
 
     An index below 1 is that of a bubble: the inverse of the index of what surrounds it, which has the Abbe number.
     Raises InvalidInputError for an index that is not positive, or an Abbe number outside ``ABBE_NUMBERS``.
@@ -102,4 +104,10 @@ def index_by_abbe(index_d: float, abbe_number: float) -> Spectrum:
     grid = SpectralGrid.uniform(*_STEPS)
     values = around + slope * (grid.wavelengths_nm**-2 - D_NM**-2)
     name = f"index {index:.4g}, Abbe number {abbe:.3g}"
-    return Spectrum(name, grid, values if index >= 1.0 else 1.0 / values, source="Cauchy's equation")
+    made = Spectrum(name, grid, values, source="Cauchy's equation")
+    return made if index >= 1.0 else bubble_in(made)
+
+
+def bubble_in(index: Spectrum) -> Spectrum:
+    """Index of refraction of a bubble of air in a material, by the material's."""
+    return replace(index, values=1.0 / index.values)

@@ -62,12 +62,56 @@ def test_notes_say_where_dispersion_cannot_be(build, translate):
     noise = tree.nodes.new("ShaderNodeTexNoise")
     node = next(each for each in tree.nodes if each.type == "BSDF_GLASS")
     tree.links.new(noise.outputs[0], node.inputs["IOR"])
-    for material in (paint, opaque, varying):
+    smoke = build.material("Smoke", "ShaderNodeVolumeAbsorption")
+    tree = smoke.node_tree
+    end = next(each for each in tree.nodes if each.type == "OUTPUT_MATERIAL")
+    tree.links.remove(end.inputs["Surface"].links[0])
+    tree.links.new(tree.nodes["shader"].outputs[0], end.inputs["Volume"])
+    for material in (paint, opaque, varying, smoke):
         material.spectral.dispersion.source = "ABBE"
         build.plane(material=material)
     notes = {note.subject: note.message for note in translate().notes if "dispersion" in note.message}
-    assert set(notes) == {"Paint", "Opaque", "Varying"}
+    assert set(notes) == {"Paint", "Opaque", "Varying", "Smoke"}
     assert "no Glass" in notes["Paint"] and "unlink IOR" in notes["Varying"]
     varying.spectral.dispersion.source = "NAMED"  # its index replaces the varying one
     (leaf,) = surfaces(translate(), "Varying")
     assert nominal_ior(leaf.ior) == pytest.approx(1.62, abs=1e-3)
+
+
+def test_a_shader_of_a_bubble_in_a_named_material_has_the_inverse_index(build, translate):
+    """It had the material's index, so that a bubble in water was a ball of water."""
+    bubble = build.material("Bubble", "ShaderNodeBsdfGlass", IOR=1 / 1.33)
+    bubble.spectral.dispersion.source, bubble.spectral.dispersion.material = "NAMED", "WATER"
+    build.plane(material=bubble)
+    (leaf,) = surfaces(translate(), "Bubble")
+    np.testing.assert_allclose(leaf.ior.values * named_index("WATER").values, 1.0, rtol=1e-12)
+
+
+def test_gloss_above_dyes_has_the_index_of_the_dispersion(build, translate):
+    """Dyes below diamond were as bright as below the shader's index of 1.5: by a fifth too bright."""
+    from spectral_core.scene import Fluorescent
+
+    amounts = {}
+    for name, index in (("Named", 1.5), ("Plain", 2.4175)):
+        material = build.material(name, "ShaderNodeBsdfPrincipled", IOR=index, **{"Transmission Weight": 0.5})
+        material.node_tree.nodes["shader"].inputs["Base Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+        material.spectral.dyes.add().amount = 0.3
+        build.plane(material=material)
+    named = bpy.data.materials["Named"].spectral.dispersion
+    named.source, named.material = "NAMED", "DIAMOND"
+    scene = translate()
+    for name in ("Named", "Plain"):
+        (dyed,) = (leaf for leaf in surfaces(scene, name) if isinstance(leaf, Fluorescent))
+        amounts[name] = dyed.amounts[0]
+    assert amounts["Named"] == pytest.approx(amounts["Plain"], rel=1e-3)
+
+
+@pytest.mark.parametrize("index", [0.0, 1000.0])
+def test_extreme_indices_stay_within_the_limits_of_a_shader(build, translate, index):
+    """An Abbe number moved them beyond, and the object was left out of the picture."""
+    glass = build.material("Glass", "ShaderNodeBsdfGlass", IOR=index)
+    glass.spectral.dispersion.source, glass.spectral.dispersion.abbe_number = "ABBE", 5.0
+    build.plane(material=glass)
+    scene = translate()
+    (leaf,) = surfaces(scene, "Glass")
+    assert isinstance(leaf.ior, Spectrum) and len(scene.instances) == 1

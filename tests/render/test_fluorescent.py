@@ -22,6 +22,7 @@ from spectral_core.scene import (
     Diffuse,
     Film,
     Fluorescent,
+    Glass,
     Instance,
     Material,
     MixSurface,
@@ -220,3 +221,25 @@ def test_a_bell_of_any_width_keeps_its_area(width):
         area = np.sum(np.diff(nm) * (bell.values[1:] + bell.values[:-1]) / 2)
         assert area == pytest.approx(width * np.sqrt(2 * np.pi), rel=1e-3)
     assert dye.emission_mean_nm == pytest.approx(532, abs=0.01)
+
+
+def test_dispersive_panes_pass_the_ultraviolet_light_that_excites_dyes():
+    """An index that is given from 360 nm on was 0 below, so that all light was reflected: the dye was dark."""
+    nm = np.arange(300.0, 831.0, 2.0)
+    power = np.exp(-0.5 * ((nm - 335) / 6) ** 2) + 1e-3 * (np.abs(nm - 550) < 50)
+    light = Illuminant("black light", SpectralGrid(nm), power)
+    dye = FluorescentDye.gaussian("dye", 335, 530, widths_nm=(10.0, 20.0))
+    kept = (("dispersion", "on"),)  # the same index at all wavelengths calls for none
+    scene = lit(Fluorescent(gray(0.0), (dye,), (0.5,)), light, samples=64, max_bounces=16)
+    faces = (Instance("outer", "square", at(0, 0, 1), ("pane",)),
+             Instance("inner", "square", at(0, 0, 0.9, turn=("x", 180.0)), ("pane",)))  # fmt: skip
+    colors = []
+    for first in (300.0, 360.0):
+        index = Spectrum("glass", SpectralGrid.uniform(first, 830.0, 10.0), np.full(int((830 - first) / 10) + 1, 1.5))
+        materials = (*scene.materials, Material("pane", Glass(gray(1.0), 0.0, index)))
+        behind = replace(scene, materials=materials, instances=(*scene.instances, *faces),
+                         settings=replace(scene.settings, overrides=kept))  # fmt: skip
+        colors.append(shown(behind)[0])
+    bare = shown(scene)[0]
+    assert colors[0][1] > 0.7 * bare[1]
+    np.testing.assert_allclose(colors[1], colors[0], rtol=1e-4)

@@ -29,6 +29,8 @@ from spectral_core.scene import (
     gray,
 )
 from spectral_core.scene.shading import Builder
+from spectral_core.spectra.refraction import index_by_abbe
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 from tests.render.scenes import lit_plane, matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")
@@ -65,6 +67,7 @@ SURFACES = {
     "velvet": Principled(WHITE, sheen_weight=1.0, sheen_roughness=0.6),
     "half transparent": Principled(WHITE, alpha=0.4),
     "half glass": Principled(WHITE, transmission=0.5, roughness=0.0, metallic=0.3),
+    "bubble of a dark reflection": Principled(WHITE, ior=0.6, transmission=1.0, roughness=1.0, specular_tint=gray(0.0)),
 }
 
 
@@ -130,6 +133,23 @@ def test_facets_whose_energy_no_table_has_add_none(surface, cosine):
     scene = lit_plane(surface=surface, world=World(WHITE), film=Film(4, 4, samples=4096))
     scene = replace(scene, instances=(replace(scene.instances[0], world_from_object=tilted),))
     assert 0.8 < render_scene(scene).pixels[..., 1].mean() < 1.0
+
+
+@pytest.mark.parametrize("nm", [440.0, 680.0])
+def test_rough_dispersive_glass_keeps_the_energy_of_each_wavelength(nm):
+    """One table of the light between facets for all wavelengths gave back 0.91 in blue and 1.03 in red light."""
+    line = Illuminant("line", SpectralGrid([nm - 3, nm, nm + 3]), [0.0, 1.0, 0.0])
+    scene = Scene(
+        camera=Camera(world_from_camera=matrix((0, 0, 6)), kind="orthographic", orthographic_scale=1.6),
+        film=Film(16, 16, samples=256, filter_kind="box", filter_width=1.0),
+        meshes=(sphere_mesh(24),),
+        materials=(Material("ball", Glass(WHITE, 1.0, index_by_abbe(1.6, 5.0))),),
+        instances=(Instance("ball", "sphere", np.eye(4), ("ball",)),),
+        world=World(line),
+        settings=RenderSettings(max_bounces=64),
+    )
+    luminance = render_scene(scene).pixels[..., :3].astype(float) @ (0.2126, 0.7152, 0.0722)
+    assert luminance.mean() == pytest.approx(1.0, abs=0.023)
 
 
 def test_anisotropy_without_a_tangent_gets_a_note():

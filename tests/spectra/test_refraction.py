@@ -9,6 +9,7 @@ import pytest
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.spectra.refraction import (
     NAMED_INDICES,
+    bubble_in,
     index_by_abbe,
     named_index,
 )
@@ -51,6 +52,13 @@ def test_an_abbe_number_gives_the_index_that_it_is_defined_by(index, abbe):
 def test_a_bubble_has_the_inverse_of_the_index_around_it():
     bubble, water = index_by_abbe(1 / 1.33, 55.0), index_by_abbe(1.33, 55.0)
     np.testing.assert_allclose(bubble.values * water.values, 1.0, rtol=1e-12)
+    assert float(bubble_in(named_index("WATER")).at(587.5618)) == pytest.approx(1 / STATED["WATER"][0], abs=1e-4)
+
+
+def test_indices_reach_to_the_ultraviolet_that_excites_dyes():
+    """Fused silica has 1.4878 at 300 nm (Malitson 1965)."""
+    assert float(named_index("SILICA").at(300.0)) == pytest.approx(1.48779, abs=2e-4)
+    assert index_by_abbe(1.5, 60.0).at(300.0) > index_by_abbe(1.5, 60.0).at(360.0) > 1.5
 
 
 @pytest.mark.parametrize(("index", "abbe"), [(0.0, 50.0), (-1.5, 50.0), (np.nan, 50.0), (1.5, 4.0), (1.5, np.inf)])

@@ -113,9 +113,10 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
                 "see the texture",
             )  # fmt: skip
         surface = with_spectrum(surface, spectrum)
+    surface = with_dispersion(translation, surface, material)
     if surface is not None:
+        # dyes lie below gloss, which takes light from them by its index of refraction
         surface = with_dyes(translation, surface, material, spectrum)
-        surface = with_dispersion(translation, surface, material)
         if not getattr(material, "use_transparent_shadow", True):
             surface = _opaque_in_shadows(reader, surface)
     outputs = aov_outputs(reader, tree)

@@ -15,12 +15,19 @@ from spectral_core.render.mitsuba_scene import paint
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.closures.facets import albedo
 from spectral_core.render.plugins.closures.facets.film import response
-from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Textured
+from spectral_core.render.plugins.paints import spectrum_rows
+from spectral_core.render.plugins.surfaces.sources import Albedos, Number, Sampled, Source, Textured
 from spectral_core.scene import Computed, Glass, Metal, Principled, Scalar, nominal_ior
-from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM, SpectralGrid, Spectrum
+from spectral_core.scene.fluorescent import EXCITED_NM
+from spectral_core.spectra.spectrum import LAST_NM, SpectralGrid, Spectrum
 
 PARTS_OF_LAYER, PARTS_OF_GLASS = 2, 6
 """Parts of the facets at whose mean cosines the reflectance of a film is taken: of layers, and of glass."""
+
+PLACES = 64
+"""Even steps of ``albedo.place_of_index`` among which are the tables of dispersive glass."""
+VISIBLE_NM = (400.0, 700.0)
+"""Wavelengths in nm between whose indices of refraction these tables are."""
 
 Array = NDArray[np.float64]
 
@@ -69,9 +76,8 @@ def _layer_stack(keeps_energy: bool) -> Array:
 
 
 @cache
-def _glass_stack() -> tuple[Array, Array]:
-    """Energy of one bounce on glass seen from outside and from inside, by index of refraction."""
-    outside, inside = ([albedo.dielectric(ior**power)[1] for ior in albedo.layer_iors()] for power in (1, -1))
+def _glass_stack(indices: tuple[float, ...]) -> tuple[Array, Array]:
+    outside, inside = ([albedo.dielectric(ior**power)[1] for ior in indices] for power in (1, -1))
     return np.stack(outside), np.stack(inside)
 
 
@@ -91,28 +97,67 @@ def glass_inputs(
     index: Any
     if isinstance(ior, Computed):
         index = paint.number(context, ior, subject)
-        if not keeps_energy:
-            return {"ior": index}
-        stacks = dict(zip(("outside", "inside"), _glass_stack(), strict=True))
-        means = {f"{name}_mean": np.stack([_mean(table) for table in stack]) for name, stack in stacks.items()}
-        return {"ior": index, "layered": True, **{name: Albedos(stack) for name, stack in (stacks | means).items()}}
-    nominal = nominal_ior(ior)
-    index = Number(nominal)
+        return {"ior": index, **_stacked(albedo.layer_iors())} if keeps_energy else {"ior": index}
     if isinstance(ior, Spectrum) and context.spectral:
-        index = Textured(paint.sampled_spectrum(context, _to_the_ends(ior)), "color")
+        everywhere = _to_the_ends(ior)
+        index = _dispersive(context, everywhere)
+        return {"ior": index, **_around(everywhere)} if keeps_energy else {"ior": index}
+    index = Number(nominal_ior(ior))
     if not keeps_energy:
         return {"ior": index}
-    nominal = round(nominal, 6)
+    nominal = round(index.value, 6)
     outside, inside = albedo.dielectric(nominal)[1], albedo.dielectric(1 / nominal)[1]
     return {"ior": index, **_kept("outside", outside), **_kept("inside", inside)}
 
 
+def _stacked(indices: list[float]) -> dict[str, Any]:
+    """Energy of one bounce on glass seen from outside and from inside, by index of refraction."""
+    inputs: dict[str, Any] = {"layers": len(indices)}
+    for name, stack in zip(("outside", "inside"), _glass_stack(tuple(indices)), strict=True):
+        means = np.stack([_mean(table) for table in stack])
+        inputs |= {name: Albedos(stack), f"{name}_mean": Albedos(means)}
+    return inputs
+
+
+def _around(index: Spectrum) -> dict[str, Any]:
+    """The same between two indices around those of visible light: one table for all wavelengths gave rough glass of
+    strong dispersion 0.95 of its energy in blue light and 1.04 in red.
+
+    The two are among ``PLACES``, so that another number of a glass mostly needs no new table.
+    """
+    visible = index.at(np.linspace(*VISIBLE_NM, 61))
+    places = [min(albedo.place_of_index(float(each)), 1.0) * (PLACES - 1) for each in visible]
+    first = min(int(min(places)), PLACES - 2)
+    last = max(int(np.ceil(max(places))), first + 1)
+    first_place, last_place = first / (PLACES - 1), last / (PLACES - 1)
+    return {
+        **_stacked([albedo.index_at(first_place), albedo.index_at(last_place)]),
+        "first_place": Number(first_place),
+        "per_place": Number(1 / (last_place - first_place)),
+    }
+
+
+def _dispersive(context: Context, index: Spectrum) -> Source:
+    """An index of refraction by wavelength: a row of the table of spectra, whose knots may be uneven whole nm."""
+    if spectrum_rows.fits(index):
+        return Sampled(index, "color")
+    return Textured(paint.sampled_spectrum(context, index), "color")
+
+
 def _to_the_ends(index: Spectrum) -> Spectrum:
-    """An index of refraction over all traced wavelengths: outside of those that are given, that at the nearest one."""
+    """An index of refraction over all traced wavelengths, and those of ultraviolet light that excites dyes: outside of
+    those that are given, that at the nearest one.
+    """
     given = index.grid.wavelengths_nm
-    ends = [nm for nm in (float(FIRST_NM), float(LAST_NM)) if not given[0] <= nm <= given[-1]]
+    ends = [nm for nm in (float(EXCITED_NM[0]), float(LAST_NM)) if not given[0] <= nm <= given[-1]]
     knots = np.union1d(given, ends)
     return Spectrum(index.name, SpectralGrid(knots), np.interp(knots, given, index.values))
+
+
+def facing_inputs(*, passes: bool) -> dict[str, Any]:
+    """Mean cosines to parts of the facets of a film, or of glass with a tint of its reflection."""
+    parts = albedo.facing_parts(PARTS_OF_GLASS if passes else PARTS_OF_LAYER, lost=passes)
+    return {f"film_facing_{number}": Albedos(part) for number, part in enumerate(parts)}
 
 
 def film_inputs(
@@ -125,9 +170,8 @@ def film_inputs(
     """
     if closure.thin_film_thickness == 0:
         return {}
-    parts = albedo.facing_parts(PARTS_OF_GLASS if passes else PARTS_OF_LAYER, lost=passes)
     inputs: dict[str, Any] = {
-        **{f"film_facing_{number}": Albedos(part) for number, part in enumerate(parts)},
+        **facing_inputs(passes=passes),
         "thin_film_thickness": paint.number(context, closure.thin_film_thickness, subject),
         "thin_film_ior": paint.number(context, closure.thin_film_ior, subject),
     }

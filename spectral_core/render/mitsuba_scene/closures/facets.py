@@ -6,7 +6,12 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.mitsuba_scene import paint
-from spectral_core.render.mitsuba_scene.closures.dielectric import facet_inputs, film_inputs, glass_inputs
+from spectral_core.render.mitsuba_scene.closures.dielectric import (
+    facet_inputs,
+    facing_inputs,
+    film_inputs,
+    glass_inputs,
+)
 from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.plugins.surfaces.sources import Lobe, Source
 from spectral_core.scene import Computed, Glass, Glossy, Metal, Principled, Scalar
@@ -117,4 +122,6 @@ def _glass(given: tuple[Any, ...], *, smooth: bool, keeps_energy: bool, halves: 
         inputs["roughness"] = paint.number(context, closure.roughness, subject)
         if closure.thin_film_thickness != 0:
             inputs |= facet_inputs()
+        elif tint is not None and keeps_energy:
+            inputs |= facet_inputs() | facing_inputs(passes=True)
     return Lobe("blender_glass", inputs)

@@ -24,7 +24,8 @@ def register(mi: Any, dr: Any) -> None:
 
         ``ior``: a number or, with ``disperses``, a spectrum that is read at the first wavelength (all wavelengths of
         such a path are equal). ``smooth``: a sharp interface; else ``roughness`` with GGX facets, whose energy is kept
-        by ``outside`` and ``inside`` (tables) and their means. ``halves``: each of two surfaces takes half of the
+        by ``outside`` and ``inside`` (tables, or
+        stacks of ``layers`` of them by the index) and their means. ``halves``: each of two surfaces takes half of the
         transmission's color. Radiance is not scaled by the squared index, as in Cycles: what enters also leaves. It may
         have a thin film.
         """
@@ -50,10 +51,11 @@ def register(mi: Any, dr: Any) -> None:
             self.m_flags = int(kinds[0] | kinds[1] | sides)
             if not self.smooth:
                 self.roughness = inputs["roughness"]
-                self.layered = bool(inputs.get("layered", False))
+                self.layers = inputs.get("layers", 0)
+                self.first_place, self.per_place = inputs.get("first_place", None), inputs.get("per_place", None)
                 if self.keeps_energy:
                     self.tables = [(inputs[side], inputs[f"{side}_mean"]) for side in ("outside", "inside")]
-                if self.film is not None:
+                if self.film is not None or (self.is_colored and self.keeps_energy):
                     self.mirror, self.facing = inputs["single"], facing_of(inputs)
 
         def relative_ior(self, si: Any, active: Any) -> Any:
@@ -97,25 +99,27 @@ def register(mi: Any, dr: Any) -> None:
             """Probability of drawing a share of light: itself, or its mean if a film or a tint colors it."""
             return channel_mean(dr, share) if self.is_colored else share
 
-        def under_film(self, si: Any, roughness: Any, cosine: Any, single: Any, active: Any) -> Any:
-            """Energy of one bounce with a film, from that without: the light that it transmits in place of reflecting
-            is masked by facets in another way. Fresnel factors are taken at equal parts of the facets.
+        def under_color(self, si: Any, roughness: Any, cosine: Any, single: Any, active: Any) -> Any:
+            """Energy of one bounce with a film or a tint, from that without: the light that these transmit in place of
+            reflecting is masked by facets in another way. Fresnel factors are taken at equal parts of the facets.
             """
             eta = self.relative_ior(si, active)
             facing = [part(roughness, cosine) for part in self.facing]
             bare = sum(mi.fresnel(place, eta)[0] for place in facing) / len(facing)
-            filmed = sum(self.reflectance(si, place, eta, active)[0] for place in facing) / len(facing)
+            colored = sum(self.reflectance(si, place, eta, active)[0] for place in facing) / len(facing)
             mirror = self.mirror(roughness, cosine)
-            changed = single + (bare - filmed) * (single - mirror) / dr.maximum(1.0 - bare, 1e-3)
+            changed = single + (bare - colored) * (single - mirror) / dr.maximum(1.0 - bare, 1e-3)
             return dr.clip(changed, 0.05, 1.0)
 
         def energy(self, si: Any, eta: Any, roughness: Any, cosine: Any) -> tuple[Any, Any]:
             """Energy of one bounce between facets, and its mean over the hemisphere."""
             place, outer = None, si.wi.z > 0.0
-            if self.layered:
+            if self.layers:
                 place, outer = dr.sqrt(dr.abs(eta - 1.0) / (eta + 1.0)) / HIGHEST, eta > 1.0
+            if self.first_place is not None:
+                place = (place - self.first_place.eval_1(si)) * self.per_place.eval_1(si)
             read = lambda table: (  # noqa: E731
-                table(roughness, cosine) if place is None else table.layer(place, roughness, cosine)
+                table(roughness, cosine) if place is None else table.layer(place, roughness, cosine, self.layers)
             )
             single, mean = (dr.select(outer, read(a), read(b)) for a, b in zip(*self.tables, strict=True))
             return single, mean
@@ -182,8 +186,8 @@ def register(mi: Any, dr: Any) -> None:
                 if not self.keeps_energy:
                     return mi.Float(1.0)
                 single, mean = self.energy(si, eta, roughness, wi.z)
-                if self.film is not None:
-                    single = self.under_film(si, roughness, wi.z, single, active)
+                if self.is_colored:
+                    single = self.under_color(si, roughness, wi.z, single, active)
                 return kept_of(single, mean, color)
 
             # as in Cycles, light between facets has the color of the transmission, also where it is reflected

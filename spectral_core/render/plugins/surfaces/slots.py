@@ -64,13 +64,13 @@ class AlbedoLookup:
         low, next_low, high, next_high = (dr.gather(mi.Float, self.stack, at + k) for k in (0, 1, SIZE, SIZE + 1))
         return dr.lerp(dr.lerp(low, next_low, right), dr.lerp(high, next_high, right), up)
 
-    def layer(self, place: Any, roughness: Any, cosine: Any) -> Any:
-        """Value of a stack of tables of ``LAYERS``; ``place``: in [0, 1] from the first to the last."""
+    def layer(self, place: Any, roughness: Any, cosine: Any, count: int = LAYERS) -> Any:
+        """Value of a stack of ``count`` tables; ``place``: in [0, 1] from the first to the last."""
         import drjit as dr
         import mitsuba as mi
 
-        place = dr.clip(place, 0.0, 1.0) * (LAYERS - 1)
-        low = dr.minimum(mi.UInt32(place), LAYERS - 2)
+        place = dr.clip(place, 0.0, 1.0) * (count - 1)
+        low = dr.minimum(mi.UInt32(place), count - 2)
         below, above = (
             AlbedoLookup(self.stack, self.first + (low + k) * (SIZE * SIZE))(roughness, cosine) for k in (0, 1)
         )
@@ -144,9 +144,9 @@ class Slot:
         """Entry of a table of albedos."""
         return self.value(roughness, cosine)
 
-    def layer(self, place: Any, roughness: Any, cosine: Any) -> Any:
+    def layer(self, place: Any, roughness: Any, cosine: Any, count: int = LAYERS) -> Any:
         """Value of a stack of tables of albedos."""
-        return self.value.layer(place, roughness, cosine)
+        return self.value.layer(place, roughness, cosine, count)
 
     def entry(self, place: Any) -> Any:
         """Number of a table at a place."""

@@ -95,8 +95,18 @@ def facing_parts(count: int, lost: bool = False) -> tuple[Array, ...]:
 
 def layer_iors() -> list[float]:
     """Indices of refraction of the tables of a stack."""
-    places = np.linspace(0, HIGHEST, LAYERS) ** 2
-    return [max(float((1 + place) / (1 - place)), 1 + 1e-6) for place in places]
+    return [index_at(float(place)) for place in np.linspace(0, 1, LAYERS)]
+
+
+def place_of_index(ior: float) -> float:
+    """Place of an index of refraction, or of its inverse, in [0, 1] between the first table of a stack and the last."""
+    return float(np.sqrt(abs(ior - 1) / (ior + 1)) / HIGHEST)
+
+
+def index_at(place: float) -> float:
+    """Index of refraction at a place of ``place_of_index``."""
+    squared = (HIGHEST * place) ** 2
+    return max(float((1 + squared) / (1 - squared)), 1 + 1e-6)
 
 
 def average(table: Array) -> Array:

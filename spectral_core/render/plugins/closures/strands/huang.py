@@ -29,7 +29,7 @@ def register(mi: Any, dr: Any) -> None:
             super().__init__(inputs)
             kinds = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.GlossyTransmission | mi.BSDFFlags.Null
             self.m_flags = int(kinds | mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide) | FIBER
-            self.inputs, self.is_fur, self.layered = inputs, bool(inputs["is_fur"]), bool(inputs.get("layered", False))
+            self.inputs, self.is_fur, self.layered = inputs, bool(inputs["is_fur"]), bool(inputs.get("layers", 0))
 
         def number(self, name: str, si: Any, active: Any) -> Any:
             return self.inputs[name].eval_1(si, active)
