@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.palette import PaletteProblem
+from spectral_core.palette.inward import inward
 from spectral_core.palette.possible import SECTION_LIMIT, PossibleColors, possible_colors, section_linear_rgb
 from spectral_core.palette.reachable import NearestColor
 from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
@@ -58,6 +59,8 @@ class Answer:
 
     question: Question
     found: NearestColor
+    taken: NDArray[np.float64]
+    """The nearest color, linear sRGB, such that an exact cell can have it with the digits that Blender stores."""
     words: str
     picture: NDArray[np.float32]
 
@@ -87,8 +90,15 @@ def answered(question: Question) -> Answer:
     dyes = dyes_of(dict(enumerate(question.dyes)))
     colors = possible_colors(question.problem, question.place, lights=question.spectra, dyes=dyes)
     found = colors.nearest(question.wanted)
+    taken = found.color if is_possible(found) else inward(colors.reach, found.color, _as_stored)
     words = "\n".join(_words(question, colors, found))
-    return Answer(question, found, words, _picture(colors, question.wanted, found))
+    return Answer(question, found, taken, words, _picture(colors, question.wanted, found))
+
+
+def _as_stored(color: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The target of a cell, in linear sRGB, after ``take_nearest``: single precision, twice."""
+    kept = np.asarray(color, dtype=np.float32).astype(np.float64)
+    return linear_from_display_rgb(display_rgb_from_linear(kept).astype(np.float32).astype(np.float64))
 
 
 def keep(scene: Scene, known: Answer) -> PropertyGroup:
@@ -97,7 +107,7 @@ def keep(scene: Scene, known: Answer) -> PropertyGroup:
     answer.material_uid, answer.light_uid = known.question.uids
     answer.asked = np.clip(display_rgb_from_linear(known.question.wanted), 0, 1)
     answer.nearest = np.clip(display_rgb_from_linear(known.found.color), 0, 1)
-    answer.nearest_linear = known.found.color
+    answer.nearest_linear = known.taken
     answer.reachable = is_possible(known.found)
     answer.words = known.words
     _pictures[scene.session_uid] = known.picture
