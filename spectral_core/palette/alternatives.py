@@ -24,6 +24,7 @@ from spectral_core.palette.assemble.state import PaletteState, initial_state
 from spectral_core.palette.brightness_unit import brightness_unit, from_unit, in_unit
 from spectral_core.palette.distinct.cells import wants_distinct
 from spectral_core.palette.distinct.search import distinct_solutions
+from spectral_core.palette.inaccurate import unlit
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.report import bound_violation, criterion_residuals, designed_reflectance, state_errors
 from spectral_core.palette.solution import PaletteSolution
@@ -230,6 +231,10 @@ def _with_reflectances(solution: PaletteSolution, builder: Assembler, state: Pal
         delta_e_2000=errors.delta_e_2000,
         residuals={**solution.residuals, **residuals},
         bound_violation=bound_violation(problem, state),
+        notes=(
+            *(note for note in solution.notes if note not in unlit(problem, _state_of(solution))),
+            *unlit(problem, state),
+        ),
         state=state,
     )
 

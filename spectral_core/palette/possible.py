@@ -7,7 +7,7 @@ change together. Requests that are not exact may be missed, and are ignored.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,23 +16,20 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError, counted
 from spectral_core.palette.assemble.equations import Dyed, ExactCells
+from spectral_core.palette.assemble.tangents import tangents_at
 from spectral_core.palette.cell import Cell, CellMode
 from spectral_core.palette.given import CellIndex, cell_index_of, sequence_of
+from spectral_core.palette.inward import inward
 from spectral_core.palette.paint.fluorescence import dyed_colors
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.reachable import CellReach, NearestColor
-from spectral_core.spectra.color import WHITE_XYZ, lab_from_linear_rgb, linear_rgb_from_xyz, whitened
+from spectral_core.spectra.color import WHITE_XYZ, XYZ_FROM_RGB, lab_from_linear_rgb, linear_rgb_from_xyz
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.observer import observer
 from spectral_core.spectra.spectrum import Illuminant
 
 Array = NDArray[np.float64]
 
-DIRECTIONS = 96
-"""Number of directions in which the extent of a set with exact colors is computed, for its picture; without exact
-colors more, as they cost little.
-"""
-MORE_DIRECTIONS = 1500
 SECTION_LIMIT = 110.0
 """A section shows a* and b* from minus this to plus this."""
 SECTION_LIGHTNESS = 5.0, 95.0
@@ -88,40 +85,32 @@ class PossibleColors:
     def section(self, lightness: float, size: int = 64) -> NDArray[np.bool_]:
         """Possible colors of one L*, (size, size): b* upward in rows, a* in columns, ±SECTION_LIMIT.
 
-        Bounded from outside by the set's extents in a number of directions, so that a color slightly outside may count
-        as inside; ``nearest`` is exact.
+        L* is one luminance, and colors of one luminance are a convex set, whose tangents bound them from outside.
         """
         lightness = require_range("the lightness of a section", lightness, 0.0, 1000.0)
         size = require_whole("the size of a section", size, 1, 4096)
-        directions, extents = self._extents()
-        colors = section_linear_rgb(lightness, size).reshape(-1, 3)
-        inside = np.ones(len(colors), dtype=bool)
-        for start in range(0, len(directions), 128):
-            part = slice(start, start + 128)
-            inside &= (colors @ directions[part].T <= extents[part] + 1e-9).all(axis=1)
-        return inside.reshape(size, size)
-
-    def _extents(self) -> tuple[Array, Array]:
-        count = DIRECTIONS if self.held or self.dyes else MORE_DIRECTIONS
-        z = 1 - (2 * np.arange(count) + 1) / count
-        angle, around = np.pi * (1 + 5**0.5) * np.arange(count), np.sqrt(1 - z**2)
-        # Even over the sphere after a transformation that makes the set round: displays have a set that is long along
-        # gray, and that of a line lamp has no width at all.
-        directions = np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1) @ whitened(self.reach.matrix)
-        return directions, np.array([self.reach.extent(direction)[0] for direction in directions])
+        xyz = section_linear_rgb(lightness, size).reshape(-1, 3) @ XYZ_FROM_RGB.T
+        reach = self.reach
+        tangents = tangents_at(float(xyz[0, 1]), reach.matrix, reach.bounds, reach.equations)
+        if tangents is None:
+            return np.zeros((size, size), dtype=bool)
+        normals, extents = tangents
+        return np.asarray((xyz[:, ::2] @ normals.T <= extents + 1e-9).all(axis=1).reshape(size, size))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PossibleAnswer:
     """The answer to whether a cell can show a color.
 
-    ``nearest``: the possible color that is nearest to it; ``conflicts``: the exact cells that exclude it, the strongest
+    ``nearest``: the possible color that is nearest to it; ``taken``: that color, linear sRGB (3,), so far inward that
+    it is possible as it is stored; ``conflicts``: the exact cells that exclude it, the strongest
     first, each with the ΔE2000 that remains without it; ``alone``: the ΔE2000 that remains without all other cells;
     ``open``: cells of the same row that may miss their targets; ``inside``: the possible colors of ``lightness``, as
     ``PossibleColors.section``.
     """
 
     nearest: NearestColor
+    taken: Array
     conflicts: tuple[tuple[CellIndex, float], ...]
     alone: float
     open: tuple[CellIndex, ...]
@@ -138,20 +127,25 @@ def possible_answer(
     dyes: Mapping[int, Sequence[FluorescentDye]] | None = None,
     size: int = 64,
     most_conflicts: int = 2,
+    stored: Callable[[Array], Array] | None = None,
 ) -> PossibleAnswer:
     """Whether a cell can show a wanted color, linear sRGB (3,), and what is in the way.
 
     ``size``: of the section at the color's lightness, or at the nearest lightness at which a section shows something.
-    Other parameters and errors: as ``possible_colors``.
+    ``stored``: a color as it is read back, such as ``in_single_precision``; None if all digits are kept. Other
+    parameters and errors: as ``possible_colors``.
     """
     colors = possible_colors(problem, index, lights=lights, dyes=dyes)
     nearest = colors.nearest(linear_rgb)
     excluding = [cell for cell, _ in colors.in_the_way(nearest)[:most_conflicts]]
     conflicts = tuple((cell, colors.without(cell, linear_rgb)) for cell in excluding)
     alone = 0.0 if nearest.reachable else colors.alone(linear_rgb)
+    taken = nearest.color
+    if stored is not None and not nearest.reachable:
+        taken = inward(colors.reach, taken, stored)
     wanted = np.asarray(linear_rgb, dtype=np.float64)
     lightness = float(np.clip(lab_from_linear_rgb(np.clip(wanted, 0, None))[0], *SECTION_LIGHTNESS))
-    return PossibleAnswer(nearest, conflicts, alone, colors.open, lightness, colors.section(lightness, size))
+    return PossibleAnswer(nearest, taken, conflicts, alone, colors.open, lightness, colors.section(lightness, size))
 
 
 def section_linear_rgb(lightness: float, size: int) -> Array:

@@ -123,7 +123,8 @@ class CellReach:
         energy: Sequence[Equation],
     ) -> None:
         self.grid, self.bounds, self.matrix, self._held = grid, bounds, matrix, len(held)
-        self._limits = Limits(matrix.shape[1], bounds, [*held, *energy])
+        self.equations = (*held, *energy)
+        self._limits = Limits(matrix.shape[1], bounds, self.equations)
         self._programs = Programs(self._limits, grid.size)
         if len(held) and self._programs.any_point is None:
             colors = (

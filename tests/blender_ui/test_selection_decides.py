@@ -170,12 +170,12 @@ def test_an_answer_on_possible_colors_keeps_each_of_its_parts(blender) -> None:
     for reachable, delta_e_2000 in ((True, 0.0), (False, 3.0)):
         color = np.array([0.2, 0.5, 1.4])
         found = SimpleNamespace(color=color, reachable=reachable, delta_e_2000=delta_e_2000)
-        picture = np.zeros((2, 2, 4), np.float32)
-        answer = possible.keep(scene, possible.Answer(question, found, "the words", picture))  # type: ignore[arg-type]
+        picture, taken = np.zeros((2, 2, 4), np.float32), 0.99 * color
+        answer = possible.keep(scene, possible.Answer(question, found, taken, "the words", picture))  # type: ignore[arg-type]
         assert (answer.material_uid, answer.light_uid) == question.uids
         np.testing.assert_allclose(answer.asked, (0.1, 0.8, 0.3), atol=1e-6)
         np.testing.assert_allclose(answer.nearest, np.clip(display_rgb_from_linear(found.color), 0, 1), atol=1e-6)
-        np.testing.assert_allclose(answer.nearest_linear, found.color, atol=1e-6)
+        np.testing.assert_allclose(answer.nearest_linear, taken, atol=1e-6)
         assert (answer.reachable, answer.words) == (reachable, "the words")
         assert possible.picture_of(scene) is picture
 

@@ -146,6 +146,17 @@ def test_alternatives_match_under_variants_and_state_their_own_residuals() -> No
     assert roughness[1] > 10 * roughness[0]
 
 
+def test_no_alternative_is_said_to_be_black_that_is_not() -> None:
+    """The notes were those of the first solution."""
+    rows = (Cell.constant((0, 1)), Cell.ignore()), (Cell.fixed(BROWN), Cell.ignore())
+    found = alternatives(table(*rows))
+    assert any("is black" in note for note in found[0].solution.notes)
+    assert len(found) > 1
+    for each in found:
+        is_black = bool(each.solution.reflectances[0].values.max() < 1e-6)
+        assert is_black == any("is black" in note for note in each.solution.notes)
+
+
 @pytest.mark.parametrize("bounds", [(0.1, 0.6), (-np.inf, np.inf), (0.0, 1.0)])
 def test_alternatives_keep_the_bounds_of_their_palette(bounds) -> None:
     asked = (1.3, 0.25, 0.0) if np.isinf(bounds[1]) else BROWN

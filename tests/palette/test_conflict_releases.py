@@ -221,3 +221,17 @@ def test_a_measured_material_under_a_measured_light_is_said_to_be_measured() -> 
         PaletteProblem(problem.grid, lights=problem.lights, reflectances=surfaces, cells=problem.cells)
     ).conflicts
     assert "its material and its light are measured" in conflict.text
+
+
+def test_exact_cells_of_the_least_weights_are_explained() -> None:
+    """The square of their unit is 0, and the solver of releases called itself without end."""
+    tiny = 5e-324
+    cells = (
+        (Cell.fixed([0.4, 0.4, 0.5], weight=0.3, exact=True), Cell.fixed([0.1, 0.3, -1e5], weight=tiny, exact=True)),
+        (Cell.ignore(), Cell.fixed([0.3, 0.4, 0.5], weight=0.06, exact=True)),
+        (Cell.fixed([5, -0.5, 0], weight=tiny, exact=True), Cell.fixed([5, -0.5, 0], weight=500.0)),
+        (Cell.fixed([8, -0.8, 0], weight=600.0), Cell.fixed([0.1, 0.4, 0.1], weight=tiny, exact=True)),
+    )
+    solution = solve_palette(replace(palette_of(cells, ("D65", "HP1")), grid=design_grid(20)))
+    assert solution.status == "exact_conflict"
+    assert solution.conflicts

@@ -19,6 +19,7 @@ from spectral_core.palette.presets import design_grid, hidden_mark, metamer_pair
 from spectral_core.palette.qp.backends import by_piqp
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
+from spectral_core.spectra.spectrum import Illuminant
 
 
 def random_cell(rng: np.random.Generator, cell: tuple[int, int]) -> Cell:
@@ -158,6 +159,29 @@ def test_distinct_cells_stay_distinct_while_others_are_edited():
     answer = session.edit((0, 0), Cell.fixed((0.27, 0.25, 0.25), exact=True))
     assert answer.trusted
     assert session.solution().residuals["least_delta_e_2000"] > 20
+
+
+def test_lights_follow_the_other_cells_beside_distinct_ones():
+    """They stayed those of the session's first solve, in its unit, and edited cells missed by ΔE 15 and more."""
+    grid, unit = design_grid(20), 1e5
+    given = [PaletteLight(normalized(illuminant(name), luminance=2.0 * unit)) for name in ("D65", "HP1")]
+    start = Illuminant("own", grid, np.full(grid.size, 0.01 * unit))
+    rows = (
+        (Cell.fixed(unit * np.array([0.3, 0.28, 0.25]), exact=True), Cell.ignore(), Cell.fixed([0.5, 0.2, 0.1])),
+        (Cell.same_as((0, 0), exact=True), Cell.ignore(), Cell.fixed([0.1, 0.4, 0.2])),
+    )
+    session = PaletteSession(
+        PaletteProblem(
+            grid, (*given, PaletteLight(start, free=True)), (PaletteReflectance("one"), PaletteReflectance("two")),
+            tuple((*row[:2], Cell.fixed(unit * row[2].target)) for row in rows), smoothness=0.1,
+        )
+    )  # fmt: skip
+    session.edit((0, 2), Cell.fixed(unit * np.array([0.6, 0.1, 0.5])))
+    session.edit((1, 1), Cell.distinct_from((0, 1)))
+    assert session.solution().status == "solved"
+    answer = session.edit((0, 2), Cell.fixed(unit * np.array([0.1, 0.2, 0.9])))
+    assert np.nanmax(answer.delta_e_2000) < 3
+    assert session.solution().residuals["least_delta_e_2000"] > 5
 
 
 def test_no_edit_takes_many_steps(rng):

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.palette import PaletteProblem
+from spectral_core.palette.inward import in_single_precision
 from spectral_core.palette.possible import SECTION_LIMIT, PossibleAnswer, possible_answer, section_linear_rgb
 from spectral_core.palette.reachable import NearestColor
 from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
@@ -59,6 +60,8 @@ class Answer:
 
     question: Question
     found: NearestColor
+    taken: NDArray[np.float64]
+    """The nearest color, linear sRGB, such that an exact cell can have it with the digits that Blender stores."""
     words: str
     picture: NDArray[np.float32]
 
@@ -94,9 +97,11 @@ def answered(question: Question) -> Answer:
         lights=question.spectra,
         dyes=dyes,
         size=SIZE,
+        stored=in_single_precision,
     )
     found = APART.call(ask)
-    return Answer(question, found.nearest, "\n".join(_words(question, found)), _picture(found, question.wanted))
+    words, picture = "\n".join(_words(question, found)), _picture(found, question.wanted)
+    return Answer(question, found.nearest, found.taken, words, picture)
 
 
 def keep(scene: Scene, known: Answer) -> PropertyGroup:
@@ -105,7 +110,7 @@ def keep(scene: Scene, known: Answer) -> PropertyGroup:
     answer.material_uid, answer.light_uid = known.question.uids
     answer.asked = np.clip(display_rgb_from_linear(known.question.wanted), 0, 1)
     answer.nearest = np.clip(display_rgb_from_linear(known.found.color), 0, 1)
-    answer.nearest_linear = known.found.color
+    answer.nearest_linear = known.taken
     answer.reachable = is_possible(known.found)
     answer.words = known.words
     _pictures[scene.session_uid] = known.picture

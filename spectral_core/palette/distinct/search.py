@@ -72,8 +72,8 @@ def solve_distinct(
 
     ``starts``: local searches, the best of which is kept: 6 by default, none if ``warm`` has distinct colors already;
     with ``warm`` one more begins at its spectra. ``engine``: ``"piqp"``, or ``"cvxpy"``, the same step for a general
-    solver. Free lights are designed for the other cells first, then held. Raises InvalidInputError if no cell with a
-    free reflectance is "distinct".
+    solver. Free lights are designed for the other cells first (from those of ``warm``, if it solves another problem),
+    then held. Raises InvalidInputError if no cell with a free reflectance is "distinct".
     """
     return distinct_solutions(problem, starts=starts, seed=seed, warm=warm, engine=engine)[0]
 
@@ -97,7 +97,8 @@ def distinct_solutions(
     require_range("starts", starts, 0 if warm is not None else 1, 10_000)
     if problem.scale_lights:
         state = brightened_to_fit(builder, state, trace, warm)
-    if warm is None:
+    begun = state
+    if warm is None or _asks_anew_of_lights(builder, warm):
         state = _others_first(builder, state, trace)
     if any(answer.infeasible or not answer.check.passed for answer in trace.answers.values()):
         trace.notes.append("the cells beside the distinct ones cannot be met, so no colors were made distinct")
@@ -110,7 +111,7 @@ def distinct_solutions(
         )
     phase = builder.assembled("reflectances", state, perceptual=problem.match == "perceptual")
     cells = distinct_cells(builder, state, phase)
-    given = None if warm is None else np.concatenate([_known(state.reflectances[item]) for item in phase.items])
+    given = None if warm is None else np.concatenate([_known(begun.reflectances[item]) for item in phase.items])
     found, gamut = _searched(phase.quadratic, cells, engine, (starts, seed, given))
     if not found:
         state = state if warm is None else _others_first(builder, state, trace)
@@ -173,6 +174,11 @@ def _coincide(problem: PaletteProblem, warm: PaletteSolution) -> bool:
     """True if an earlier solution cannot be a start: its shape differs, or its distinct colors are still equal."""
     shape = (len(problem.reflectances), len(problem.lights), 3)
     return warm.actual_linear_rgb.shape != shape or least_difference(replace(warm, problem=problem)) < APART
+
+
+def _asks_anew_of_lights(builder: Assembler, warm: PaletteSolution) -> bool:
+    """True if an earlier solution has lights that were designed for another problem."""
+    return bool(builder.free_items("lights")) and warm.problem is not builder.problem
 
 
 def _others_first(builder: Assembler, state: PaletteState, trace: SolveTrace) -> PaletteState:

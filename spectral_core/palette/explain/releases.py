@@ -44,6 +44,8 @@ MOST_CONFIRMED = 4
 """Most expected releases that are tried before all cells are."""
 PERCEPTUAL_ROUNDS = 3
 """Rounds after the linear one if errors count in CIELAB, which is linearized anew in each."""
+FAINTEST = 1e-100
+"""Least unit of weights, whose square is above 0."""
 ENOUGH = 0.5
 """Share of the possible relief from which a release counts."""
 
@@ -215,7 +217,7 @@ class _Part:
         requests = compiled_requests(problem, self.cells_elsewhere)
         if heavy is not None:
             requests = with_weights(requests, heavy / requests.weight_scale)
-        elsewhere = self.rows_elsewhere / requests.weight_scale**2
+        elsewhere = self.rows_elsewhere / max(requests.weight_scale, FAINTEST) ** 2
         rounds = Rounds(_PartAssembler(problem, requests, elsewhere), SolveTrace(), quick=heavy is not None)
         state = rounds.round(self._start)
         for _ in range(PERCEPTUAL_ROUNDS if problem.match == "perceptual" else 0):

@@ -266,8 +266,11 @@ class PaletteSession:
         )
 
     def _resolve_distinct(self, started: float) -> LivePalette:
-        """Distinct cells are not convex: searched from the present spectra, in tens to hundreds of milliseconds."""
-        self._solution = solve_palette(self._problem, warm=self._solution, explain=False)
+        """Distinct cells are not convex: searched from the present spectra, in tens to hundreds of milliseconds; if
+        lights are designed too, these are first designed for the other cells, which may take two seconds.
+        """
+        present = replace(self._solution, state=self._state, actual_linear_rgb=self._state.colors())
+        self._solution = solve_palette(self._problem, warm=present, explain=False)
         self._state = self._solution.state
         return LivePalette(
             self._problem,
