@@ -20,7 +20,7 @@ from spectral_core.palette.cell import Cell, CellMode
 from spectral_core.palette.given import CellIndex, cell_index_of, sequence_of
 from spectral_core.palette.paint.fluorescence import dyed_colors
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.reachable import CellReach, NearestColor
+from spectral_core.palette.reachable import CellReach, NearestColor, even_directions
 from spectral_core.spectra.color import WHITE_XYZ, linear_rgb_from_xyz, whitened
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.observer import observer
@@ -101,11 +101,9 @@ class PossibleColors:
 
     def _extents(self) -> tuple[Array, Array]:
         count = DIRECTIONS if self.held or self.dyes else MORE_DIRECTIONS
-        z = 1 - (2 * np.arange(count) + 1) / count
-        angle, around = np.pi * (1 + 5**0.5) * np.arange(count), np.sqrt(1 - z**2)
         # Even over the sphere after a transformation that makes the set round: displays have a set that is long along
         # gray, and that of a line lamp has no width at all.
-        directions = np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1) @ whitened(self.reach.matrix)
+        directions = even_directions(count) @ whitened(self.reach.matrix)
         return directions, np.array([self.reach.extent(direction)[0] for direction in directions])
 
 
