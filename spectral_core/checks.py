@@ -3,10 +3,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import fields
 from functools import cache
-from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from os import PathLike
+from pathlib import Path
+from types import UnionType
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -129,7 +133,8 @@ def require_range(name: str, value: float, low: float, high: float, unit: str = 
     except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInputError(f"{name} is {str(value)[:40]}{unit}; expected a number ({error})") from error
     if not low <= number <= high:  # also catches NaN
-        raise InvalidInputError(f"{name} is {value}{unit}; expected a value from {low}{unit} to {high}{unit}")
+        limits = "a number" if (low, high) == (-math.inf, math.inf) else f"a value from {low}{unit} to {high}{unit}"
+        raise InvalidInputError(f"{name} is {value}{unit}; expected {limits}")
     return number
 
 
@@ -139,6 +144,15 @@ def require_whole(name: str, value: float, low: int, high: int, unit: str = "") 
     if number != int(number) or isinstance(value, bool):
         raise InvalidInputError(f"{name} is {value}{unit}; expected a whole number")
     return int(number)
+
+
+def path_of(path: str | PathLike[str], what: str = "the file") -> Path:
+    """The path. Raises InvalidInputError for None, a number, bytes or an open file in place of a path."""
+    if not isinstance(path, str | PathLike):
+        raise InvalidInputError(
+            f"{what} is {str(path)[:40]!r}, of type {type(path).__name__}; expected a path, as text or Path"
+        )
+    return Path(path)
 
 
 def require_kind(name: str, value: object, kind: type, hint: str = "") -> None:
@@ -164,6 +178,63 @@ def require_choices(item: Any) -> None:
 def _choices(kind: type) -> dict[str, tuple[Any, ...]]:
     hints = get_type_hints(kind)
     return {name: get_args(hint) for name, hint in hints.items() if get_origin(hint) is Literal}
+
+
+def require_declared(item: Any) -> None:
+    """Raise an error if a field of a dataclass has none of its declared choices, or another type than declared.
+
+    UnknownNameError for choices, InvalidInputError for types. Numbers of NumPy count as numbers, and lists as tuples.
+    Arrays are not checked: whoever stores one checks its shape and values, too.
+    """
+    require_choices(item)
+    declared: Any = type(item)
+    for name, kinds, is_whole, expected in _types(declared):
+        value = getattr(item, name)
+        if not isinstance(value, kinds) or (is_whole and isinstance(value, _FRACTIONAL) and value % 1 != 0):
+            given = str(value)[:40] + ("…" if len(str(value)) > 40 else "")
+            raise InvalidInputError(
+                f"{name} of {type(item).__name__} is {given!r}, of type {type(value).__name__}; expected {expected}"
+            )
+
+
+_FRACTIONAL = (float, np.floating)
+_PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
+    float: ((int, float, np.number), "a number"),
+    int: ((int, float, np.number), "a whole number"),
+    bool: ((bool, int, np.bool_), "True or False"),
+    tuple: ((tuple, list), "a tuple"),
+    str: ((str,), "a text"),
+    type(None): ((type(None),), "None"),
+}
+"""What may stand for a plain type, and its words."""
+
+
+@cache
+def _types(kind: type) -> list[tuple[str, tuple[type, ...], bool, str]]:
+    """Name, permitted types, whether a number must be whole, and words, of each field whose type can be checked."""
+    found = []
+    hints = get_type_hints(kind)
+    for each in fields(kind):
+        hint = hints[each.name]
+        parts = [get_origin(part) or part for part in (get_args(hint) if _is_union(hint) else (hint,))]
+        if all(isinstance(part, type) and part is not np.ndarray for part in parts):
+            known = [_PLAIN.get(part, ((part,), f"{'an' if part.__name__[0] in 'AEIOU' else 'a'} {part.__name__}"))
+                     for part in parts]  # fmt: skip
+            kinds = tuple(one for permitted, _ in known for one in permitted)
+            is_whole = int in parts and float not in parts
+            found.append((each.name, kinds, is_whole, _any_of([words for _, words in known])))
+    return found
+
+
+def _any_of(words: list[str]) -> str:
+    """One of the words, or an example where there are many."""
+    if len(words) > 4:
+        return f"one of {len(words)} types, such as {words[0]}"
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
+
+
+def _is_union(hint: Any) -> bool:
+    return get_origin(hint) in (Union, UnionType)
 
 
 def require_text(name: str, text: str) -> str:

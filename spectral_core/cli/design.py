@@ -11,6 +11,7 @@ that passed its check. Files are written all the same.
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from spectral_core.cli.shared.outputs import files_of_document, require_outputs
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError, UnknownNameError, counted, first_of
+from spectral_core.errors import InvalidInputError, SpectralError, UnknownNameError, counted, first_of
 from spectral_core.files.whole_set import whole_files
 from spectral_core.palette import PaletteProblem, PaletteSolution, solve_palette
 from spectral_core.spectra.pictures import write_picture
@@ -59,8 +60,6 @@ def run(arguments: argparse.Namespace) -> int:
         return make_texture(read_project(arguments.palette), folder, read=read, as_json=arguments.json, tell=False)
     problem, name = _problem(arguments)
     if arguments.rounds is not None:
-        from dataclasses import replace
-
         problem = replace(problem, rounds=arguments.rounds)
     folder = arguments.out or Path("out") / name
     read = [] if arguments.palette is None else files_of_document(arguments.palette)
@@ -81,7 +80,6 @@ def run(arguments: argparse.Namespace) -> int:
 def _is_texture(path: Path) -> bool:
     """True if a document states that it is a texture; the reader of palettes reports unreadable files."""
     from spectral_core.documents import read_document
-    from spectral_core.errors import SpectralError
     from spectral_core.palette.texture.project import FORMAT
 
     try:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+from spectral_core.checks import path_of
 from spectral_core.documents.toml import toml_text
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import MOST_TOML_BYTES, read_text, reading, require_shallow
@@ -49,7 +50,7 @@ def read_document(path: str | Path, decode: Callable[[Any, Path], Decoded], what
     FileFormatError
         Whatever is wrong, with the file, and the line or the place in the document.
     """
-    file = Path(path)
+    file = path_of(path)
     with reading(file, what):
         return decode_document(file, decode, _parsed(file, what))
 
@@ -125,7 +126,7 @@ def write_document(
     FileWriteError
         The disk is full, or the folder is absent or closed to this user.
     """
-    write_text(path, document_text(document, Path(path), comment=comment, what=what, indent=indent))
+    write_text(path, document_text(document, path_of(path), comment=comment, what=what, indent=indent))
 
 
 def document_text(

@@ -24,6 +24,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from spectral_core.checks import path_of
 from spectral_core.errors import FileWriteError, InvalidInputError
 
 try:
@@ -61,7 +62,7 @@ def whole_file(
     InvalidInputError
         ``path`` is a folder, a device or another entry that no file can replace.
     """
-    target = Path(path)
+    target = path_of(path)
     require_replaceable(target)
     _remove_leftovers(target.parent)
     unfinished, lock = _create(target)
@@ -86,7 +87,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 def make_folder(path: str | Path) -> Path:
     """Make a folder with those above it, unless it is there. Raises FileWriteError."""
-    folder = Path(path)
+    folder = path_of(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -101,7 +102,7 @@ def require_writable(path: str | Path) -> None:
 
     What is at the path stays unchanged. Raises FileWriteError and InvalidInputError as ``whole_file``.
     """
-    target = Path(path)
+    target = path_of(path)
     require_replaceable(target)
     make_folder(target.parent)
     unfinished, lock = _create(target)
@@ -124,7 +125,7 @@ def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str
     InvalidInputError
         Something is there, and it is no such file.
     """
-    target = Path(path)
+    target = path_of(path)
     if os.path.lexists(target) and not (target.is_file() and is_own(target)):
         raise InvalidInputError(
             f"{target} exists already and is no {kind}, so it is not replaced; choose another path, or remove it"

@@ -18,6 +18,7 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.polynomials import (
     CharacteristicPolynomial,
@@ -35,7 +36,7 @@ class LatticeClass:
 
     def __post_init__(self) -> None:
         known = len(_extra_matrices(self.polynomial)) + 1
-        if not 0 <= self.index < known:
+        if not 0 <= require_whole("the class index", self.index, -1 << 31, 1 << 31) < known:
             raise InvalidInputError(
                 f"class index is {self.index}; {self.polynomial} has {known} known class(es), counted from 0"
             )

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import require_range
 from spectral_core.errors import InvalidInputError, SolveError
 from spectral_core.lattice.measure.voronoi import checked_basis
 from spectral_core.lattice.reduction import magnitude, vectors_up_to
@@ -25,6 +26,7 @@ def isometry(first: ArrayLike, second: ArrayLike, *, tolerance: float = 1e-7) ->
 
     ``tolerance`` is relative to the longest basis vector, squared. Raises SolveError after ``MAX_STEPS`` partial maps.
     """
+    require_range("tolerance", tolerance, 0.0, 0.1)
     a, b = checked_basis(first), checked_basis(second)
     if a.shape != b.shape:
         raise InvalidInputError(

@@ -228,5 +228,4 @@ def whiteness(lattice: Lattice, *, samples: int = 65536, seed: int = 1) -> float
 
 
 def _require_positive(name: str, value: int) -> None:
-    if value < 1:
-        raise InvalidInputError(f"{name} is {value}; expected at least 1")
+    require_whole(name, value, 1, 1 << 31)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_range
 from spectral_core.errors import InvalidInputError, SolveError
 
 Matrix = NDArray[np.float64]
@@ -193,6 +193,7 @@ def _nearest_plane(r: Matrix, targets: Matrix) -> Matrix:
 
 def shortest_vectors(basis: Matrix, *, tolerance: float = 1e-9) -> tuple[Integers, Matrix]:
     """Coefficients (N, n) of all vectors of least positive length in a reduced basis, and their vectors (N, n)."""
+    require_range("tolerance", tolerance, 0.0, 0.1)
     unit = magnitude(_square(basis))
     scaled = _regular(basis)
     squares = np.einsum("ij,ij->j", scaled, scaled)

@@ -25,6 +25,8 @@ def representative_spectra(
     ``reflectances``: (r, n). Unit length makes a dim lamp count as much as a bright one.
     """
     surfaces = np.atleast_2d(values_on_grid(reflectances, grid))
+    if isinstance(lights, Spectrum) or not lights:
+        raise InvalidInputError(f"lights are {str(lights)[:40]!r}; expected a list of at least one spectrum")
     powers = np.array([on_grid(light, grid) for light in lights])
     products = (powers[:, None, :] * surfaces).reshape(-1, grid.size)
     stacked = np.concatenate([powers, surfaces, products])
@@ -68,7 +70,7 @@ class BasisModel(LightModel):
 
     def illumination_matrix(self, coefficients: ArrayLike) -> Array:
         """R (..., m, m) of a light or surface with the given coefficients (..., m): Eq. 5.7."""
-        spectrum = np.asarray(coefficients, dtype=np.float64) @ self.basis.T
+        spectrum = self.numbers_of(coefficients) @ self.basis.T
         return (self.coefficients_from_values * spectrum[..., None, :]) @ self.basis
 
     def xyz_from_coefficients(self, light: Spectrum) -> Array:
@@ -77,4 +79,4 @@ class BasisModel(LightModel):
 
     def reflect(self, first: ArrayLike, second: ArrayLike) -> Array:
         """R(first) second, projected back into the basis."""
-        return (self.illumination_matrix(first) @ np.asarray(second, dtype=np.float64)[..., None])[..., 0]
+        return (self.illumination_matrix(first) @ self.numbers_of(second)[..., None])[..., 0]

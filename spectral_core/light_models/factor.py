@@ -32,7 +32,11 @@ def sharpened_basis(basis: ArrayLike, edges: Sequence[int] | None = None) -> Arr
     """
     orthonormal = np.linalg.qr(frozen_array("basis", basis, (None, None)))[0]
     samples, size = orthonormal.shape
-    bounds = np.round(np.linspace(0, samples, size + 1)).astype(int) if edges is None else np.asarray(edges, dtype=int)
+    if not size:
+        raise InvalidInputError("the basis has no vector; expected (n, m) with m of at least 1")
+    bounds = np.round(np.linspace(0, samples, size + 1)).astype(int)
+    if edges is not None:
+        bounds = np.atleast_1d(frozen_array("edges", edges)).astype(int)
     if bounds.size != size + 1 or bounds[0] != 0 or bounds[-1] != samples or np.any(np.diff(bounds) < 1):
         raise InvalidInputError(
             f"edges {bounds.tolist()} do not cut {samples} samples into {size} intervals; give {size + 1} rising "
@@ -80,7 +84,7 @@ class FactorModel(BasisModel):
 
     def reflect(self, first: ArrayLike, second: ArrayLike) -> Array:
         """Coefficient by coefficient."""
-        return np.asarray(first, dtype=np.float64) * np.asarray(second, dtype=np.float64)
+        return self.numbers_of(first) * self.numbers_of(second)
 
 
 def optimized_edges(

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_kind
+from spectral_core.checks import frozen_array, real_numbers, require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
-from spectral_core.spectra.observer import STANDARD, Observer, observer, xyz_from_product
+from spectral_core.spectra.observer import Observer, observer_or_standard, xyz_from_product
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ class LightModel(ABC):
 
     def __init__(self, grid: SpectralGrid, coefficients_from_values: ArrayLike, viewer: Observer | None = None) -> None:
         self.grid = grid
-        self.viewer = viewer or observer(STANDARD)
+        self.viewer = observer_or_standard(viewer)
         self.coefficients_from_values: Array = frozen_array(
             "coefficients_from_values", coefficients_from_values, (None, grid.size)
         )
@@ -58,13 +58,22 @@ class LightModel(ABC):
         """Matrix (3, m) from the coefficients of a surface to its linear sRGB under ``light``."""
         return RGB_FROM_XYZ @ self.xyz_from_coefficients(light)
 
+    def matrix_of_light(self, light: Spectrum) -> Array:
+        """Matrix (3, n) from a reflectance on the model's grid to its true XYZ under ``light``."""
+        require_kind("the light", light, Spectrum, "spectra.catalogue.illuminant(NAME)")
+        return xyz_from_product(light, self.grid, self.viewer)
+
+    def numbers_of(self, coefficients: ArrayLike) -> Array:
+        """Coefficients (..., m), checked. Raises InvalidInputError for another number of them, NaN and infinity."""
+        return frozen_array("coefficients", real_numbers("coefficients", coefficients, self.size))
+
     def xyz_from_reflectance(self, light: Spectrum) -> Array:
         """Matrix (3, n) from a reflectance to the XYZ that this model shows (Q_rgb,m,31 of Eq. 5.10, in XYZ)."""
         return self.xyz_from_coefficients(light) @ self.coefficients_from_values
 
     def subspace_error(self, light: Spectrum) -> Array:
         """F of Eq. 5.12 in XYZ, (3, n): the true color matrix of a light less this model's."""
-        return xyz_from_product(light, self.grid, self.viewer) - self.xyz_from_reflectance(light)
+        return self.matrix_of_light(light) - self.xyz_from_reflectance(light)
 
 
 def values_on_grid(spectra: ArrayLike | Sequence[Spectrum], grid: SpectralGrid) -> Array:

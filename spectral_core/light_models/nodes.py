@@ -16,11 +16,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_kind
+from spectral_core.checks import frozen_array, require_kind, require_whole
 from spectral_core.errors import InvalidInputError, counted
 from spectral_core.light_models.interface import LightModel, values_on_grid
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.observer import Observer, xyz_from_product, xyz_from_spectrum
+from spectral_core.spectra.observer import Observer, xyz_from_spectrum
 from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
@@ -66,11 +66,11 @@ class NodeModel(LightModel):
         reflectances (r, n) on the grid to learn the interpolation from; the shipped statistics of 99 natural and
         manufactured materials by default.
         """
-        grid = grid or SpectralGrid.uniform(380, 780, 5)
+        grid = SpectralGrid.uniform(380, 780, 5) if grid is None else grid
         if isinstance(nodes, int | np.integer):
             wavelengths = _natural_nodes(int(nodes))
         else:
-            wavelengths = np.atleast_1d(np.asarray(nodes, dtype=np.float64))
+            wavelengths = np.atleast_1d(frozen_array("nodes", nodes))
         _require_nodes(wavelengths, grid)
         known = _natural_training(grid) if training is None else np.atleast_2d(values_on_grid(training, grid))
         at_nodes = known @ grid.values_from_knots(wavelengths).T
@@ -93,15 +93,14 @@ class NodeModel(LightModel):
         """
         scene = frozen_array("reflectances", np.atleast_2d(values_on_grid(reflectances, grid)), (None, grid.size))
         count = min(max(scene.shape[0], 8), grid.size) if size is None else size
-        if not 1 <= count <= grid.size:
+        if not 1 <= require_whole("size", count, -1 << 31, 1 << 31) <= grid.size:
             raise InvalidInputError(f"{counted(count, 'node')} on {grid}; expected 1 to {grid.size}")
         further = np.concatenate([_pairwise_products(scene), _natural_training(grid)])
         moments = _second_moments(scene, further)
         visibility = np.linalg.norm(xyz_from_spectrum(grid, viewer), axis=0)
         candidates = [_greedy_nodes(moments, visibility, count)]
-        with contextlib.suppress(
-            InvalidInputError
-        ):  # no optimized set has this size, or the grid does not reach its nodes
+        # No optimized set may have this size, and the grid may not reach its nodes.
+        with contextlib.suppress(InvalidInputError):
             candidates.append(_nearest_knots(_natural_nodes(count), grid))
         fits = [(_exact_then_best(scene, further, picked), picked) for picked in candidates]
 
@@ -120,11 +119,11 @@ class NodeModel(LightModel):
 
     def xyz_from_coefficients(self, light: Spectrum) -> Array:
         """The light's integral over each node's interpolation function, (3, m)."""
-        return xyz_from_product(light, self.grid, self.viewer) @ self.values_from_nodes
+        return self.matrix_of_light(light) @ self.values_from_nodes
 
     def reflect(self, first: ArrayLike, second: ArrayLike) -> Array:
         """Node by node: exact there."""
-        return np.asarray(first, dtype=np.float64) * np.asarray(second, dtype=np.float64)
+        return self.numbers_of(first) * self.numbers_of(second)
 
 
 def _require_nodes(nodes_nm: Array, grid: SpectralGrid) -> None:

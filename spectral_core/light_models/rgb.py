@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from spectral_core.checks import require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.light_models.interface import LightModel
 from spectral_core.spectra.color import RGB_FROM_XYZ, XYZ_FROM_RGB
@@ -19,6 +20,7 @@ class RgbModel(LightModel):
     """Coefficients are linear sRGB under ``reference``, relative to its white, so that flat white is (1, 1, 1)."""
 
     def __init__(self, grid: SpectralGrid, reference: Illuminant, viewer: Observer | None = None) -> None:
+        require_kind("the reference light", reference, Spectrum, "spectra.catalogue.illuminant(NAME)")
         matrix = RGB_FROM_XYZ @ xyz_from_product(reference, grid, viewer)
         white = matrix.sum(axis=1, keepdims=True)
         if np.any(white <= 0):
@@ -34,8 +36,8 @@ class RgbModel(LightModel):
 
     def xyz_from_coefficients(self, light: Spectrum) -> Array:
         """XYZ of RGB that was multiplied by the light's RGB, (3, 3)."""
-        return XYZ_FROM_RGB * (RGB_FROM_XYZ @ xyz_from_product(light, self.grid, self.viewer).sum(axis=1))
+        return XYZ_FROM_RGB * (RGB_FROM_XYZ @ self.matrix_of_light(light).sum(axis=1))
 
     def reflect(self, first: ArrayLike, second: ArrayLike) -> Array:
         """Channel by channel."""
-        return np.asarray(first, dtype=np.float64) * np.asarray(second, dtype=np.float64)
+        return self.numbers_of(first) * self.numbers_of(second)

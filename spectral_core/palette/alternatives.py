@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import require_kind, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.assemble.kernel import color_kernel
+from spectral_core.palette.assemble.limits import OPEN
 from spectral_core.palette.assemble.requests import compiled_requests
 from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
@@ -40,8 +41,6 @@ TRIED = 20
 """Directions of color in which each material is moved; the solutions farthest from each other are kept."""
 ROUGHEST = 0.12
 """Largest second difference of an alternative between knots of 10 nm, unless the solution itself exceeds it."""
-OPEN = 1e30
-"""Stands for an open end of a range."""
 DEPENDENT = 1e-8
 """Size of a combination of held colors, relative to the largest, below which the others hold it."""
 ELSEWHERE = ("A", "FL11", "HP1")

@@ -65,7 +65,8 @@ class Cell:
                 "one, 'constant' and 'distinct' at least one, all other modes none"
             )
         if self.box is not None:
-            self._freeze_box(*self.box)
+            low, high = _box_ends(self.box)
+            self._freeze_box(low, high)
         require_range("the weight of a cell", self.weight, 0.0, LARGEST)
 
     def _check_kinds(self) -> None:
@@ -133,6 +134,10 @@ class Cell:
 def _box(box: tuple[ArrayLike, ArrayLike] | None) -> tuple[Array, Array] | None:
     if box is None:
         return None
+    return _box_ends(box)
+
+
+def _box_ends(box: object) -> tuple[Array, Array]:
     ends = sequence_of("the box of a cell", box)
     if len(ends) != 2:
         raise InvalidInputError(

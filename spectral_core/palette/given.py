@@ -27,7 +27,8 @@ def number_of(name: str, value: object) -> float:
 
 
 def sequence_of(name: str, values: object) -> tuple[Any, ...]:
-    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
+    is_number = isinstance(values, np.ndarray) and values.ndim == 0  # it counts as iterable
+    if is_number or isinstance(values, str | bytes) or not isinstance(values, Iterable):
         raise InvalidInputError(f"{name}: got {values!r}; expected a tuple")
     return tuple(values)
 

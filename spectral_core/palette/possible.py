@@ -103,9 +103,9 @@ class PossibleAnswer:
     """The answer to whether a cell can show a color.
 
     ``nearest``: the possible color that is nearest to it; ``taken``: that color, linear sRGB (3,), so far inward that
-    it is possible as it is stored; ``conflicts``: the exact cells that exclude it, the strongest
-    first, each with the ΔE2000 that remains without it; ``alone``: the ΔE2000 that remains without all other cells;
-    ``open``: cells of the same row that may miss their targets; ``inside``: the possible colors of ``lightness``, as
+    it is possible as it is stored; ``conflicts``: the exact cells that exclude it, the strongest first, each with the
+    ΔE2000 that remains without it; ``alone``: the ΔE2000 that remains without all other cells; ``open``: cells of the
+    same row that may miss their targets; ``inside``: the possible colors of ``lightness``, as
     ``PossibleColors.section``.
     """
 

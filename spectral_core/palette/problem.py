@@ -18,7 +18,15 @@ from numpy.typing import NDArray
 from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range, require_text
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.cell import LARGEST, Cell, CellMode, require_size
-from spectral_core.palette.given import CellIndex, number_of, require_bounds, require_each, sequence_of, shown
+from spectral_core.palette.given import (
+    CellIndex,
+    cell_index_of,
+    number_of,
+    require_bounds,
+    require_each,
+    sequence_of,
+    shown,
+)
 from spectral_core.spectra.observer import OBSERVER_NAMES, STANDARD
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
@@ -222,14 +230,14 @@ class PaletteProblem:
 
     def with_cell(self, index: CellIndex, cell: Cell) -> Self:
         """The same problem with one cell replaced."""
-        return self.with_cells({index: cell})
+        return self.with_cells({cell_index_of(index): cell})
 
     def with_cells(self, cells: Mapping[CellIndex, Cell]) -> Self:
         """The same problem with some cells replaced. Raises InvalidInputError for cells outside the table."""
         rows = list(self.cells)
-        for (i, j), cell in cells.items():
-            if not (isinstance(i, int | np.integer) and isinstance(j, int | np.integer)):
-                raise InvalidInputError(f"a cell is at {(i, j)}; expected (reflectance, light), two whole numbers")
+        require_kind("the cells to replace", cells, Mapping, "such as {(0, 1): Cell.free()}")
+        for index, cell in cells.items():
+            i, j = cell_index_of(index)
             if not (0 <= i < len(rows) and 0 <= j < len(self.lights)):
                 raise InvalidInputError(f"cell {(i, j)} is outside the table of {len(rows)}×{len(self.lights)} cells")
             self._check_cell(i, j, cell)

@@ -153,13 +153,9 @@ class CellReach:
         return float(toward @ color), color
 
     def outline(self, count: int = 64) -> Array:
-        """Extreme colors (count, 3) in directions spread evenly over the sphere (a Fibonacci spiral)."""
+        """Extreme colors (count, 3) in directions spread evenly over the sphere."""
         count = require_whole("the number of extreme colors", count, 1, 100_000)
-        z = 1 - (2 * np.arange(count) + 1) / count
-        angle = np.pi * (1 + 5**0.5) * np.arange(count)
-        around = np.sqrt(1 - z**2)
-        directions = np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1)
-        return np.array([self.extent(direction)[1] for direction in directions])
+        return np.array([self.extent(direction)[1] for direction in even_directions(count)])
 
     def nearest(self, wanted: ArrayLike) -> NearestColor:
         """Find the reachable color that is nearest to ``wanted`` (3,), linear sRGB, in CIELAB."""
@@ -233,9 +229,8 @@ class CellReach:
         reflectance, multipliers = self._programs.solved(rows, wanted, _RIDGES[0] * size, np.zeros(self._limits.size))
         for ridge in _RIDGES[1:]:
             cost = np.sum((rows @ reflectance - wanted) ** 2)
-            gain = (
-                10.0 * ridge * size * self._limits.size * max(np.abs(self.bounds)) ** 2
-            )  # what the last ridge weighed
+            # what the last ridge weighed
+            gain = 10.0 * ridge * size * self._limits.size * max(np.abs(self.bounds)) ** 2
             if np.abs(self.matrix @ reflectance - target).max() < 0.1 * EXACT or gain < _GAIN * cost:
                 break
             further = self._programs.solved(rows, wanted, ridge * size, reflectance)
@@ -243,6 +238,13 @@ class CellReach:
                 break
             reflectance, multipliers = further
         return reflectance, multipliers
+
+
+def even_directions(count: int) -> Array:
+    """Unit vectors (count, 3), spread evenly over the sphere: a Fibonacci spiral."""
+    z = 1 - (2 * np.arange(count) + 1) / count
+    angle, around = np.pi * (1 + 5**0.5) * np.arange(count), np.sqrt(1 - z**2)
+    return np.stack([around * np.cos(angle), around * np.sin(angle), z], axis=1)
 
 
 def _rgb_rows(light: Illuminant, grid: SpectralGrid, scale: float | None, viewer: Observer | None) -> Array:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import path_of
 from spectral_core.errors import FileFormatError, InvalidInputError, MissingDependencyError
 from spectral_core.files.guarded import no_file, open_regular
 
@@ -28,7 +29,7 @@ def read_picture(path: str | Path) -> NDArray[Any]:
     ------
     InvalidInputError : there is no such file, or it is partly transparent. FileFormatError : it cannot be read.
     """
-    path = Path(path)
+    path = path_of(path)
     if not path.is_file():
         raise InvalidInputError(no_file(path))
     try:

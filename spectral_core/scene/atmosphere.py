@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import require_declared
 from spectral_core.scene.skies import multiple
 from spectral_core.scene.skies.daylight import hosek, interpolated, preetham, sun_disk
 from spectral_core.spectra.color import RGB_FROM_XYZ
@@ -43,6 +44,9 @@ class Atmosphere:
     """Only for Preetham's and Hosek's skies, as the turbidity."""
     ground_albedo: float = 0.3
     """Only for Hosek's sky."""
+
+    def __post_init__(self) -> None:
+        require_declared(self)
 
     @property
     def toward_sun(self) -> Array:

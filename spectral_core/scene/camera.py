@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import read_only_when_copied, require_choices, require_range, require_whole
+from spectral_core.checks import read_only_when_copied, require_declared, require_range, require_whole
 from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 from spectral_core.scene.geometry import affine
 
@@ -28,6 +28,7 @@ class Aperture:
     ratio: float = 1.0
 
     def __post_init__(self) -> None:
+        require_declared(self)
         require_range("aperture blades", self.blades, 0, 1000)
         require_range("aperture rotation", self.rotation_rad, -1e6, 1e6, " rad")
         require_range("aperture ratio", self.ratio, 1e-3, 1e3)
@@ -59,6 +60,7 @@ class Panorama:
     numbers: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        require_declared(self)
         if self.kind not in PANORAMAS:
             raise UnknownNameError.among("kind of panorama", self.kind, PANORAMAS)
         if len(self.numbers) != PANORAMAS[self.kind]:
@@ -107,11 +109,13 @@ class Camera:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_camera", affine("camera", self.world_from_camera))
-        require_choices(self)
+        require_declared(self)
         require_range("field_of_view_rad", self.field_of_view_rad, LEAST_VIEW_RAD, GREATEST_VIEW_RAD, " rad")
         require_range("aperture_radius", self.aperture_radius, 0.0, 1e9)
         require_range("focus_distance", self.focus_distance, 1e-9, 1e12)
         require_range("orthographic_scale", self.orthographic_scale, 1e-12, 1e12)
+        if len(self.shift) != 2:
+            raise InvalidInputError(f"camera shift is {self.shift}; expected two numbers, right and up")
         for value in self.shift:
             require_range("camera shift", value, -1e6, 1e6)
         require_range("camera near", self.near, 1e-30, 1e30)
@@ -158,7 +162,7 @@ class Film:
     filter_kind: Literal["blackman_harris", "gaussian", "box"] = "blackman_harris"
 
     def __post_init__(self) -> None:
-        require_choices(self)
+        require_declared(self)
         for name in ("width", "height"):
             object.__setattr__(self, name, require_whole(f"film {name}", getattr(self, name), 1, 65536, " pixels"))
         object.__setattr__(self, "samples", require_whole("samples per pixel", self.samples, 1, 1 << 24))

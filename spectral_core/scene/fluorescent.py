@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_declared, require_range
 from spectral_core.errors import InvalidInputError, counted
-from spectral_core.scene.paint import Color, Paint, gray
+from spectral_core.scene.paint import Color, Paint, gray, require_paint
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.fluorescence import ENERGY_SLACK, FluorescentDye, require_energy, share_per_amount
 from spectral_core.spectra.spectrum import LAST_NM, Spectrum
@@ -40,6 +40,8 @@ class Fluorescent:
     normal: Computed | None = None
 
     def __post_init__(self) -> None:
+        require_paint("the color of a fluorescent surface", self.color)
+        require_declared(self)
         if len(self.amounts) != len(self.dyes):
             raise InvalidInputError(
                 f"a fluorescent surface has {counted(len(self.dyes), 'dye')} and "
@@ -101,6 +103,10 @@ class Transparent:
 
     color: Paint = field(default_factory=lambda: gray(1.0))
 
+    def __post_init__(self) -> None:
+        require_paint("Transparent color", self.color)
+        require_declared(self)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Holdout:
@@ -118,3 +124,7 @@ class RayPortal:
     color: Paint = field(default_factory=lambda: gray(1.0))
     position: Computed | None = None
     direction: Computed | None = None
+
+    def __post_init__(self) -> None:
+        require_paint("RayPortal color", self.color)
+        require_declared(self)

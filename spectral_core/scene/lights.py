@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_choices, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_declared, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.geometry import affine
 from spectral_core.scene.paint import Color, ImageTexture, Paint, gray, require_paint
@@ -38,6 +38,7 @@ class Falloff:
     smooth: float = 0.0
 
     def __post_init__(self) -> None:
+        require_declared(self)
         require_range("falloff power", self.power, 0, 2)
         require_range("falloff smooth", self.smooth, 0.0, LARGEST)
 
@@ -104,7 +105,7 @@ class _Light:
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_light", affine(f"light {self.name!r}", self.world_from_light))
         require_paint(f"the color of light {self.name!r}", self.color)
-        require_choices(self)
+        require_declared(self)
         require_range(f"light {self.name!r}: max_bounces", self.max_bounces, 0, 1 << 20)
         for name, low, high in _RANGES:
             value = getattr(self, name, None)
@@ -213,6 +214,8 @@ class World:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "world_from_environment", affine("world", self.world_from_environment))
+        require_paint("the color of the world", self.color)
+        require_declared(self)
         least = -LARGEST if isinstance(self.color, (Color, Spectrum)) else 0.0
         require_range("world: strength", self.strength, least, LARGEST)
         require_range("world: max_bounces", self.max_bounces, 0, 1 << 20)

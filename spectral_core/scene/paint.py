@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_choices, require_finite, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, require_declared, require_finite, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.spectral_image import SpectralImage
@@ -56,7 +56,6 @@ class Numbers:
         """Raise InvalidInputError that names the first number that is NaN, infinite, outside the range of an index, or
         in the place of a color; UnknownNameError for a name that is none of a field's.
         """
-        require_choices(self)
         names: tuple[str, ...] = type(self).__slots__
         fields: dict[str, str] = type(self).__annotations__
         for name in names:
@@ -71,6 +70,7 @@ class Numbers:
                     require_range(f"{type(self).__name__} {name.replace('_', ' ')}", float(number), *_LIMITS[name])
             elif str(fields.get(name, "")).startswith(_THREE) and not isinstance(value, Computed):
                 frozen_array(f"{type(self).__name__} {name.replace('_', ' ')}", value, (3,))
+        require_declared(self)
 
 
 @read_only_when_copied
@@ -129,7 +129,7 @@ class ImageTexture:
         if pixels.dtype not in (np.dtype(np.float32), np.dtype(np.uint8)):
             raise InvalidInputError(f"image {self.name!r} has pixels of type {pixels.dtype}; expected float32 or uint8")
         require_finite(f"image {self.name!r}", pixels)
-        require_choices(self)
+        require_declared(self)
         object.__setattr__(self, "pixels", pixels)
         object.__setattr__(self, "uv_from_mesh_uv", frozen_array("uv_from_mesh_uv", self.uv_from_mesh_uv, (3, 3)))
 

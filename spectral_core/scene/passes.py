@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from spectral_core.checks import require_choices, require_range
+from spectral_core.checks import require_declared, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
 
 LOBES = ("Diffuse", "Glossy", "Transmission")
@@ -41,7 +41,7 @@ class Mist:
     falloff: Literal["QUADRATIC", "LINEAR", "INVERSE_QUADRATIC"] = "QUADRATIC"
 
     def __post_init__(self) -> None:
-        require_choices(self)
+        require_declared(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +61,7 @@ class Passes:
     levels: int = 6
 
     def __post_init__(self) -> None:
+        require_declared(self)
         for name in self.names:
             if name not in PASSES:
                 raise UnknownNameError.among("pass", name, PASSES)

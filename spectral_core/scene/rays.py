@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntFlag
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_declared, require_range
 
 
 class Rays(IntFlag):
@@ -54,6 +54,7 @@ class LightPaths:
     filter_glossy: float = 0.0
 
     def __post_init__(self) -> None:
+        require_declared(self)
         for name in ("diffuse", "glossy", "transmission", "transparent", "volume"):
             require_range(f"bounces ({name})", getattr(self, name), 0, UNLIMITED)
         for name in ("clamp_direct", "clamp_indirect", "filter_glossy"):

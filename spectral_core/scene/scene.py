@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 import numpy as np
 
-from spectral_core.checks import require_kind, require_range, require_whole
+from spectral_core.checks import require_declared, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
@@ -45,6 +46,7 @@ class Material:
                 f"the surface of material {self.name!r} is {str(self.surface)[:60]}, of type "
                 f"{type(self.surface).__name__}; expected a closure, such as Diffuse(Color((0.8, 0.2, 0.2)))"
             )
+        require_declared(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +83,7 @@ class RenderSettings:
     passes: Passes | None = None
 
     def __post_init__(self) -> None:
+        require_declared(self)
         require_range("tolerance_delta_e", self.tolerance_delta_e, 0.0, 1e9)
         if self.transport not in (None, "rgb", "spectral"):
             raise UnknownNameError.among("transport", str(self.transport), ("rgb", "spectral"))
@@ -123,6 +126,11 @@ class Scene:
     def __post_init__(self) -> None:
         require_kind("camera of the scene", self.camera, Camera)
         require_kind("film of the scene", self.film, Film)
+        require_declared(self)
+        for name, (kinds, expected) in _ITEMS.items():
+            _require_items(name, getattr(self, name), kinds, expected)
+        if any(not isinstance(item, Instance) for item in self.instances[:1]):  # of 200,000 a look at each takes time
+            _require_items("instances", self.instances, (Instance,), "an Instance")
         for kind in ("meshes", "materials", "lights", "volumes"):
             names = [item.name for item in getattr(self, kind)]
             doubled = sorted({name for name in names if names.count(name) > 1}) if len(set(names)) < len(names) else []
@@ -139,6 +147,20 @@ class Scene:
                 raise InvalidInputError(
                     f"instance {instance.name!r} has material {missing[0]!r}, which is not in the scene"
                 )
+
+
+_ITEMS: dict[str, tuple[tuple[type, ...], str]] = {
+    "meshes": ((Mesh,), "a Mesh"), "materials": ((Material,), "a Material"),
+    "lights": (get_args(Light), "a light, such as PointLight"), "volumes": ((VolumeObject,), "a VolumeObject"),
+}  # fmt: skip
+
+
+def _require_items(name: str, items: Iterable[object], kinds: tuple[type, ...], expected: str) -> None:
+    for item in items:
+        if not isinstance(item, kinds):
+            raise InvalidInputError(
+                f"{name} of the scene hold {str(item)[:40]!r}, of type {type(item).__name__}; expected {expected}"
+            )
 
 
 def require_scene(scene: object) -> None:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_choices
+from spectral_core.checks import frozen_array, read_only_when_copied, require_declared
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import xyz_from_product
@@ -36,7 +36,7 @@ class SpectralImage:
     uv_from_mesh_uv: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
-        require_choices(self)
+        require_declared(self)
         weights = np.ascontiguousarray(self.weights, dtype=np.float16)
         if weights.ndim != 3 or 0 in weights.shape or len(weights) > MOST_SPECTRA:
             raise InvalidInputError(

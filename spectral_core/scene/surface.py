@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_declared, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.fluorescent import Fluorescent, Holdout, RayPortal, Transparent
 from spectral_core.scene.hair import EllipseHair, Hair, HairLobe
@@ -93,7 +93,7 @@ class Glass(Numbers):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Translucent:
+class Translucent(Numbers):
     """Lambertian transmission: light leaves on the other side."""
 
     color: Paint = field(default_factory=lambda: gray(0.8))
@@ -225,6 +225,9 @@ class AddSurface:
 
     first: Surface
     second: Surface
+
+    def __post_init__(self) -> None:
+        require_declared(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,7 +14,7 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_range, require_text
+from spectral_core.checks import require_kind, require_range, require_text
 from spectral_core.errors import UnknownNameError
 from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, Reflectance, SpectralGrid
 
@@ -45,6 +45,9 @@ def _column(file_name: str, name: str) -> tuple[NDArray[np.float64], NDArray[np.
 def color_matching_functions(name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Wavelengths (n,) in nm and color matching functions (3, n) of a CIE observer, at 1 nm."""
     names, values = _table("observers.csv")
+    if f"{name} x" not in names:
+        known = [heading.removesuffix(" x") for heading in names if heading.endswith(" x")]
+        raise UnknownNameError.among("observer", str(name), known)
     columns = [names.index(f"{name} {axis}") for axis in "xyz"]
     known = np.isfinite(values[:, columns[0]])
     return values[known, 0], values[known][:, columns].T.copy()
@@ -126,7 +129,8 @@ PLANCK = "Planck's law"
 def blackbody(temperature_k: float, grid: SpectralGrid | None = None) -> Illuminant:
     """Planck's law, relative to its value at 560 nm, at ``temperature_k`` from 500 to 50,000 kelvin."""
     kelvin = require_range("temperature", temperature_k, 500, 50_000, " K")
-    grid = grid or SpectralGrid(WAVELENGTHS_NM[::5])
+    grid = SpectralGrid(WAVELENGTHS_NM[::5]) if grid is None else grid
+    require_kind("the grid", grid, SpectralGrid, "such as SpectralGrid([400, 550, 700])")
     second_radiation_constant_nm_k = 1.438776877e7
 
     def relative(wavelengths_nm: NDArray[np.float64]) -> NDArray[np.float64]:

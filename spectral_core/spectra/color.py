@@ -90,7 +90,8 @@ def lab_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
 def lab_jacobian_from_linear_rgb(linear_rgb: ArrayLike) -> Array:
     """d(L*, a*, b*) / d(linear RGB), shape (..., 3, 3), at linear sRGB (..., 3), under the white of sRGB."""
     ratio = xyz_from_linear_rgb(linear_rgb) / WHITE_XYZ
-    slope = np.where(ratio > _EPSILON, np.cbrt(np.maximum(ratio, _EPSILON)) ** -2 / 3, _KAPPA / 116)
+    # in this order NaN stays NaN
+    slope = np.where(ratio <= _EPSILON, _KAPPA / 116, np.cbrt(np.maximum(ratio, _EPSILON)) ** -2 / 3)
     lab_from_f = np.array([[0.0, 116, 0], [500, -500, 0], [0, 200, -200]])
     jacobian: Array = np.matmul(lab_from_f, slope[..., None] * (XYZ_FROM_RGB / WHITE_XYZ[:, None]))
     return jacobian

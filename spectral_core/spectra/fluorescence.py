@@ -75,12 +75,16 @@ class FluorescentDye:
 
         ``grid``: of both; None for 5 nm, and closer knots within a bell that is narrow.
         """
+        if not isinstance(widths_nm, tuple | list) or len(widths_nm) != 2:
+            raise InvalidInputError(f"widths_nm is {widths_nm}; expected two numbers, of excitation and of emission")
         bells = []
         for kind, center, width in zip(
             ("excitation", "emission"), (excitation_nm, emission_nm), widths_nm, strict=True
         ):
             width = require_range("a width", width, 0.1, 1000, " nm")
-            own = grid or _grid_of_bell(center, width)
+            center = require_range(f"the {kind} of dye {name!r}", center, 1.0, 1e5, " nm")
+            own = _grid_of_bell(center, width) if grid is None else grid
+            require_kind("the grid of a dye", own, SpectralGrid)
             bells.append(Spectrum(kind, own, np.exp(-0.5 * ((own.wavelengths_nm - center) / width) ** 2)))
         return cls(name, *bells)
 

@@ -53,6 +53,14 @@ STANDARD = "cie_1931_2deg"
 """The default observer; sRGB and the renderer are defined with it."""
 
 
+def observer_or_standard(viewer: Observer | None) -> Observer:
+    """The observer, the standard one for None. Raises InvalidInputError for a name, and for anything else."""
+    if viewer is None:
+        return observer(STANDARD)
+    require_kind("the observer", viewer, Observer, f"observer({STANDARD!r}) gives one by its name")
+    return viewer
+
+
 def integration_points(*knots_nm: ArrayLike) -> tuple[Array, Array]:
     """Give wavelengths and weights that integrate a product of piecewise linear spectra exactly: ∫ f dλ = Σ w f(λ).
 
@@ -97,7 +105,7 @@ def xyz_from_product(fixed: Spectrum | None, grid: SpectralGrid, viewer: Observe
     viewer
         The observer; None for the standard one.
     """
-    viewer = viewer or observer(STANDARD)
+    viewer = observer_or_standard(viewer)
     require_kind("the grid", grid, SpectralGrid)
     if fixed is not None:
         require_kind("the known factor", fixed, Spectrum, "spectra.catalogue.illuminant(NAME)")
@@ -119,8 +127,10 @@ def linear_rgb_from_product(fixed: Spectrum | None, grid: SpectralGrid, viewer: 
 
 def xyz_of(light: Spectrum, surface: Spectrum | None = None, viewer: Observer | None = None) -> Array:
     """XYZ (3,) of a light, or of a surface under it, both on any grids; exact, not normalized."""
-    viewer = viewer or observer(STANDARD)
+    viewer = observer_or_standard(viewer)
     factors = [light] if surface is None else [light, surface]
+    for factor in factors:
+        require_kind("a light or surface", factor, Spectrum, "spectra.catalogue.illuminant(NAME)")
     points, weights = integration_points(viewer.wavelengths_nm, *(factor.grid.wavelengths_nm for factor in factors))
     for factor in factors:
         weights = weights * factor.at(points)
@@ -129,7 +139,8 @@ def xyz_of(light: Spectrum, surface: Spectrum | None = None, viewer: Observer | 
 
 def is_seen(light: Spectrum, viewer: Observer | None = None) -> bool:
     """True if the light has any luminance. A lamp of infrared or ultraviolet alone has none."""
-    viewer = viewer or observer(STANDARD)
+    viewer = observer_or_standard(viewer)
+    require_kind("the light", light, Spectrum, "spectra.catalogue.illuminant(NAME)")
     knots, values = light.grid.wavelengths_nm, light.values
     if np.any(values[(knots > viewer.wavelengths_nm[0]) & (knots < viewer.wavelengths_nm[-1])] > 0):
         return True

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import require_finite, require_unmasked
+from spectral_core.checks import path_of, require_finite, require_unmasked
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.exr import openexr, write_exr
 from spectral_core.files.whole import make_folder, whole_file, write_bytes
@@ -28,7 +28,7 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 def require_ending(path: str | Path) -> Path:
     """``path`` if a picture can be written under that name; else raises InvalidInputError."""
-    path = Path(path)
+    path = path_of(path)
     if path.suffix.lower() not in ENDINGS:
         raise InvalidInputError(f"cannot tell the picture format of {str(path)!r}; end it with {', '.join(ENDINGS)}")
     return path

@@ -7,6 +7,7 @@ outside of them zero, exactly as the renderer reads it, so that the designed spe
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -15,7 +16,14 @@ from typing import Literal, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, real_numbers, require_text
+from spectral_core.checks import (
+    frozen_array,
+    read_only_when_copied,
+    real_numbers,
+    require_kind,
+    require_range,
+    require_text,
+)
 from spectral_core.errors import GridMismatchError, InvalidInputError, counted
 
 Interpolation = Literal["linear", "sampled"]
@@ -63,6 +71,10 @@ class SpectralGrid:
         interpolation: Interpolation = "linear",
     ) -> Self:
         """Grid of equal steps; ``stop_nm`` is its last knot and must lie a whole number of steps past ``start_nm``."""
+        start_nm, stop_nm, step_nm = (
+            require_range(name, value, -math.inf, math.inf, " nm")
+            for name, value in (("start_nm", start_nm), ("stop_nm", stop_nm), ("step_nm", step_nm))
+        )
         steps = (stop_nm - start_nm) / step_nm if step_nm > 0 else -1.0
         if not steps < MOST_KNOTS:  # also catches NaN and Inf
             raise InvalidInputError(
@@ -125,6 +137,7 @@ class SpectralGrid:
 
     def same_as(self, other: SpectralGrid) -> bool:
         """True if both grids have the same knots and interpolation."""
+        require_kind("the other grid", other, SpectralGrid)
         return self is other or (
             self.interpolation == other.interpolation
             and self.size == other.size
@@ -180,6 +193,7 @@ class Spectrum:
         Point values by default; with ``average`` each knot takes the mean over its cell, which keeps the power of
         lines narrower than the new step.
         """
+        require_kind("the grid", grid, SpectralGrid, "such as SpectralGrid([400, 550, 700])")
         if not average:
             return self._replaced(grid, self.at(grid.wavelengths_nm))
         return self._replaced(grid, self._cell_means(grid))
@@ -196,7 +210,7 @@ class Spectrum:
 
     def scaled(self, factor: float) -> Self:
         """The same spectrum times ``factor``."""
-        return self._replaced(self.grid, self.values * factor)
+        return self._replaced(self.grid, self.values * require_range("the factor", factor, -math.inf, math.inf))
 
     def _replaced(self, grid: SpectralGrid, values: NDArray[np.float64]) -> Self:
         return type(self)(self.name, grid, values, source=self.source)

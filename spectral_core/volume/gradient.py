@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.volume.field import ScalarVolume
+from spectral_core.checks import require_kind
+from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 
 _LEAST_SINGLE, _GREATEST_SINGLE = 1e-30, 1e38  # greatest values of data that float32 holds with most of their range
 _SLAB = 1 << 18  # voxels whose gradient is computed at a time
@@ -22,6 +23,7 @@ def gradient_magnitude(volume: ScalarVolume) -> ScalarVolume:
     The second axis of a two-dimensional transfer function reads it. It is computed in slabs, so that its computation
     needs little beside the result: 4 bytes per voxel, or 12 where it is float64.
     """
+    require_kind("the volume", volume, ScalarVolume, VOLUME_SOURCES)
     low, high = volume.value_range
     # Powers of two, which cause no rounding: the data may be far beyond the range of float32, and voxels of any size.
     unit = 2.0 ** (math.frexp(max(-low, high))[1] - 1)

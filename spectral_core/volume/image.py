@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, require_kind, require_range
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.march.march_input import QUADRATURES, Quadrature
 from spectral_core.volume.march.rules import RULES, Rule
@@ -66,6 +66,7 @@ def palette_matrix(
     transfer: TransferFunction, light: ArrayLike | None = None, colors: ArrayLike | None = None
 ) -> NDArray[np.float64]:
     """Color of each material under ``light``, (K, channels); new lights and palettes change only these."""
+    require_kind("the transfer function", transfer, TransferFunction, "preset(NAME, volume)")
     base = transfer.colors
     matrix = base.copy() if colors is None else np.array(frozen_array("colors", colors, base.shape))
     if light is not None:

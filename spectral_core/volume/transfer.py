@@ -88,6 +88,8 @@ class TransferFunction:
     wavelengths_nm: Array | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.materials, tuple | list) or not all(isinstance(m, Material) for m in self.materials):
+            raise InvalidInputError(f"materials are {str(self.materials)[:60]!r}; expected a tuple of Material")
         object.__setattr__(self, "materials", tuple(self.materials))
         names = self.names
         if not names:
@@ -138,6 +140,7 @@ class TransferFunction:
 
     def scaled(self, factor: float) -> TransferFunction:
         """The same function with every extinction and emission times ``factor`` (thicker or thinner)."""
+        factor = require_range("the factor", factor, 0.0, LARGEST)
         scaled = [replace(m, extinction=m.extinction * factor, emission=_emission(m) * factor) for m in self.materials]
         return replace(self, materials=tuple(scaled))
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -112,8 +112,6 @@ class View:
 
     def resized(self, width: int, height: int) -> View:
         """The same camera with another number of pixels."""
-        from dataclasses import replace
-
         return replace(self, width=width, height=height)
 
     def rays_world(self) -> tuple[Array, Array]:

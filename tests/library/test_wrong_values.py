@@ -55,7 +55,7 @@ FILM = Film(4, 4)
         (lambda: lattice.whiteness("Z2"), "the lattice is 'Z2'"),
         (lambda: lattice.build_lattice((2, 2)), "lattice_class"),
         (lambda: principal_components(np.eye(4), 1.5), "size is 1.5"),
-        (lambda: RgbModel(GRID, "D65"), "known factor is 'D65'.*illuminant"),
+        (lambda: RgbModel(GRID, "D65"), "reference light is 'D65'.*illuminant"),
         (lambda: representative_spectra(["HP1"], np.ones((1, GRID.size)), GRID), "the spectrum is 'HP1'"),
         (lambda: sharpened_basis([1.0, 2.0]), "basis"),
         (lambda: FluorescentDye("dye", "D65", illuminant("D65")), "excitation of dye 'dye' is 'D65'"),

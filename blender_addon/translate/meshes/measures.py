@@ -117,11 +117,11 @@ def normals_of(source: Any) -> Array | None:
         # Cycles reads the normals of vertices, which Blender makes from an artist's, and for smooth faces alone
         return _of_smooth_and_flat(source) if source.attributes.get("custom_normal") is not None else None
     if source.normals_domain == "POINT":
-        values = _unit(floats(source.vertex_normals, "vector", len(source.vertices), 3))
+        values = _without_zeros(floats(source.vertex_normals, "vector", len(source.vertices), 3))
         # as many vertices as corners could be confused with corners
         return np.take(values, corner_vertices(source), axis=0) if len(values) == len(source.loops) else values
     if source.has_custom_normals or has_sharp_edges(source):
-        return _unit(floats(source.corner_normals, "vector", len(source.loops), 3))
+        return _without_zeros(floats(source.corner_normals, "vector", len(source.loops), 3))
     return _of_smooth_and_flat(source)
 
 
@@ -149,10 +149,10 @@ def _of_smooth_and_flat(source: Any) -> Array:
     of_vertices = np.take(
         floats(source.vertex_normals, "vector", len(source.vertices), 3), corner_vertices(source), axis=0
     )
-    return _unit(np.where(np.repeat(smooth, sizes)[:, None], of_vertices, of_faces))
+    return _without_zeros(np.where(np.repeat(smooth, sizes)[:, None], of_vertices, of_faces))
 
 
-def _unit(normals: Array) -> Array:
+def _without_zeros(normals: Array) -> Array:
     """Blender gives zero normals to loose vertices and collapsed faces; they become up, which is never NaN."""
     lost = ~(np.abs(normals).max(axis=1, initial=0) > 0)
     if lost.any():

@@ -188,9 +188,8 @@ class Reader:
         if not np.isfinite(array).all():
             self.note(f"{place.node.name}: {place.socket.name} is not a finite number; 0 was used")
             array = np.zeros(3)
-        color = (
-            self.translation.linear_rgb(array) if kind == "RGBA" else np.resize((*array, 0.0), 3)
-        )  # of 2 to 4 numbers
+        # vectors have 2 to 4 numbers
+        color = self.translation.linear_rgb(array) if kind == "RGBA" else np.resize((*array, 0.0), 3)
         return Value(self.builder, self.builder.number(color), kind)
 
     def literal(self, value: Any) -> Value:

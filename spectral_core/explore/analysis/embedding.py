@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spectral embedding (R5; thesis 6.2.4) and clusters: rows of similar outcomes are near each other."""
+"""Spectral embedding (thesis 6.2.4) and clusters: rows of similar outcomes are near each other."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array
+from spectral_core.checks import frozen_array, require_range, require_whole
 from spectral_core.errors import InvalidInputError, counted
 
 Array = NDArray[np.float64]
@@ -40,6 +40,9 @@ def spectral_embedding(
     rows = len(data)
     if variant not in VARIANTS:
         raise InvalidInputError(f"the embedding is {variant!r}; expected one of {', '.join(VARIANTS)}")
+    dimensions = require_whole("dimensions", dimensions, 1, MAX_ROWS)
+    if width is not None:
+        width = require_range("width", width, 1e-300, 1e300)
     if not dimensions + 2 <= rows <= MAX_ROWS:
         raise InvalidInputError(f"{counted(rows, 'row')} cannot be embedded; expected {dimensions + 2} to {MAX_ROWS:,}")
     first = 1
@@ -97,7 +100,7 @@ def cluster(features: ArrayLike, count: int) -> NDArray[Any]:
     """
     data = np.array(frozen_array("features", features, (None, None)))
     different = len(np.unique(data, axis=0))
-    if not 1 <= count <= different:
+    if not 1 <= require_whole("the number of clusters", count, -1 << 31, 1 << 31) <= different:
         raise InvalidInputError(
             f"the number of clusters is {count}; expected 1 to {different}, since the {len(data)} rows have "
             f"{different} different sets of features"

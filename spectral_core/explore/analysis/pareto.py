@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Pareto front (R6): rows that no other row beats in every objective."""
+"""The Pareto front: rows that no other row beats in every objective."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class GaussianProcess:
 
     def predict(self, points: ArrayLike) -> tuple[Array, Array]:
         """Mean and standard deviation at points (k, n)."""
-        x = np.asarray(points, np.float64)
+        x = frozen_array("points", points, (None, self.points.shape[1]))
         cross = _kernel(x, self.points, self.scales)
         solved = np.linalg.solve(self._factor, cross.T)
         variance = np.maximum(1.0 - np.square(solved).sum(axis=0), 1e-12)

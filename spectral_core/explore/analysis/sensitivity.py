@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensitivity from an existing sample (R7): Sobol indices by a Gaussian process, with intervals.
+"""Sensitivity from an existing sample: Sobol indices by a Gaussian process, with intervals.
 
 Estimators with a separate design (Saltelli, Morris) would need new renders. Here a Gaussian process is fitted to the
 existing rows, and the indices are those of its mean, by Saltelli's and Jansen's estimators (Saltelli et al. 2010, Table
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import qmc
 
+from spectral_core.checks import frozen_array, require_whole
 from spectral_core.explore.analysis.process import GaussianProcess
 
 Array = NDArray[np.float64]
@@ -54,7 +55,9 @@ def sobol_indices(
     spread : coordinates (k, n) of the settings over which the variance is taken, from points (k, n) of the unit cube,
         each axis from its own; the unit cube itself if None.
     """
-    x, y = np.asarray(points, np.float64), np.asarray(values, np.float64)
+    x = frozen_array("points", points, (None, len(names)))
+    y = frozen_array("values", values, (len(x),))
+    require_whole("base", base, 8, 1 << 24)
     rng = np.random.default_rng(seed)
     process = GaussianProcess.fit(x, y, seed=seed)
     first, total, firsts, totals = _indices(process, rng, base, spread)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Features of outcomes (R4): measures of pictures, safe expressions over columns, distances between rows."""
+"""Features of outcomes: measures of pictures, safe expressions over columns, distances between rows."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Distances between rows (R4): pictures against a reference, and weighted norms over features and pictures."""
+"""Distances between rows: pictures against a reference, and weighted norms over features and pictures."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.explore.features.expression import as_column
 from spectral_core.explore.features.images import difference_features
@@ -73,6 +74,7 @@ def distances_to(features: Array, row: int, p: float = 2.0) -> Array:
     """p-norm distance of every row (m, k) to one of them, (m,)."""
     if not p >= 1:
         raise InvalidInputError(f"p is {p}; expected a norm with p >= 1")
+    row = require_whole("row", row, 0, len(features) - 1)
     apart = np.abs(features - features[row])
     largest = apart.max(axis=1, keepdims=True)
     # Relative to the largest difference: high powers of small numbers are 0.

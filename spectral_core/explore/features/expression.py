@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Expressions over columns (R4), such as ``10 * log10(mse)`` or ``where(delta_e < 1, "good", "visible")``.
+"""Expressions over columns, such as ``10 * log10(mse)`` or ``where(delta_e < 1, "good", "visible")``.
 
 Text is parsed to a syntax tree of which only arithmetic, comparisons and a list of functions is admitted, and that
 tree is walked over NumPy columns. Python never evaluates the text: there are no attributes, subscripts, loops, calls

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import path_of
 from spectral_core.errors import FileFormatError, MissingDependencyError
 from spectral_core.files.exr import openexr
 from spectral_core.spectra.color import linear_from_display_rgb
@@ -19,7 +20,7 @@ MAX_PIXELS = 100_000_000
 
 def read_linear(path: str | Path) -> NDArray[np.float32]:
     """Linear sRGB (height, width, 3) of an EXR, PNG, JPEG or .npy file, row 0 at the top."""
-    path = Path(path)
+    path = path_of(path)
     if path.suffix.lower() == ".npy":
         try:
             return _as_rgb(np.load(path, allow_pickle=False), path)
@@ -41,7 +42,7 @@ def read_linear(path: str | Path) -> NDArray[np.float32]:
 
 def read_display(path: str | Path, width: int | None = None) -> NDArray[np.uint8]:
     """Display sRGB bytes (height, width, 3) of a PNG or JPEG; ``width`` scales it down. Needs Pillow."""
-    path = Path(path)
+    path = path_of(path)
     pillow = _pillow()
     try:
         image = pillow.open(path)

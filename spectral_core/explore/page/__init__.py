@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scatter-plot matrix (R3): one self-contained page, its live server, and static figures."""
+"""The scatter-plot matrix: one self-contained page, its live server, and static figures."""

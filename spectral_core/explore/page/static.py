@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.checks import path_of
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.explore.page.axes import (
     MOST_CHARACTERS,
@@ -99,7 +100,7 @@ def draw_error_against_time(
     by: Sequence[str] = (),
     parameters: Collection[str] = (),
 ) -> Path:
-    """Write error measures against time (R9; thesis Fig. 1.2), a column of plots per measure, a row per factor.
+    """Write error measures against time (thesis Fig. 1.2), a column of plots per measure, a row per factor.
 
     Parameters
     ----------
@@ -184,7 +185,7 @@ def draw_error_against_factors(
 
 def require_figure_name(path: str | Path) -> None:
     """Raise InvalidInputError for a file whose ending is that of no figure."""
-    path = Path(path)
+    path = path_of(path)
     if path.suffix.lower() not in ENDINGS:
         raise InvalidInputError(f"a figure ends in {', '.join(ENDINGS)}; got {path.name!r}")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sampling designs (R2a): lattice, Sobol, Latin hypercube or a list; exactly as many different points as asked.
+"""Sampling designs: lattice, Sobol, Latin hypercube or a list; exactly as many different points as asked.
 
 The lattice is the default: it keeps points apart in any convex region, every prefix of its order is an even coarser
 sample, and a larger budget or another region adds points without moving one. Sobol points estimate means better, and
@@ -11,19 +11,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, counted
+from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 from spectral_core.explore.sweep.batches.drawn import sobol_batches
 from spectral_core.explore.sweep.batches.latin import latin_batches
 from spectral_core.explore.sweep.parameters import Space, Value
 from spectral_core.explore.sweep.region import RegionOfInterest
-from spectral_core.lattice import Frame, Region, level_for, make_lattice, progressive_fill, progressive_points
+from spectral_core.lattice import (
+    Frame,
+    Region,
+    level_for,
+    make_lattice,
+    progressive_fill,
+    progressive_points,
+    unit_cube,
+)
 
 DesignKind = Literal["lattice", "sobol", "latin_hypercube", "list"]
 DESIGNS: tuple[DesignKind, ...] = ("lattice", "sobol", "latin_hypercube", "list")
@@ -53,8 +61,6 @@ class Design:
 
     def __post_init__(self) -> None:
         if self.kind not in DESIGNS:
-            from spectral_core.errors import UnknownNameError
-
             raise UnknownNameError.among("sampling design", str(self.kind), DESIGNS)
         if isinstance(self.budget, bool) or not isinstance(self.budget, int) or not 1 <= self.budget <= MAX_BUDGET:
             raise InvalidInputError(
@@ -106,10 +112,6 @@ class Design:
                 f"the sweep has {len(space.parameters)} parameters; a lattice has at most {MAX_LATTICE_DIMENSIONS}. "
                 "Choose the design Sobol (kind = 'sobol'), or sweep fewer parameters"
             )
-        from dataclasses import replace
-
-        from spectral_core.lattice import unit_cube
-
         lattice = make_lattice(len(space.parameters), self.rate, criterion="packing")
         fill = progressive_fill(unit_cube(len(space.parameters)), self.budget, lattice=lattice, seed=self.seed)
         return replace(self, frame=fill.frame, shifts=fill.shifts)

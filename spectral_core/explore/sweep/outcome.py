@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The outcome of a point, and the node that computes it (R1): any callable with a fingerprint."""
+"""The outcome of a point, and the node that computes it: any callable with a fingerprint."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, UnknownNameError
 
 Value = float | int | str
 """Value of a parameter."""
@@ -242,8 +242,6 @@ class Space:
         for parameter in self.parameters:
             if parameter.name == name:
                 return parameter
-        from spectral_core.errors import UnknownNameError
-
         raise UnknownNameError.among("parameter", name, self.names)
 
     def values(self, unit_point: Sequence[float] | NDArray[np.float64]) -> dict[str, Value]:

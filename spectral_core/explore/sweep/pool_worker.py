@@ -8,7 +8,9 @@ import os
 import pickle
 import signal
 import sys
+import traceback
 
+from spectral_core.errors import RenderError
 from spectral_core.explore.sweep.pool import MARKER
 from spectral_core.render.process.messages import receive, send
 
@@ -49,15 +51,11 @@ def _answer(answers: object, succeeded: bool, content: object) -> None:
 
 def _plain(error: Exception) -> Exception:
     """The error if it can be pickled, else one with its text."""
-    import traceback
-
     traceback.print_exc()
     try:
         pickle.loads(pickle.dumps(error))
         return error
     except Exception:
-        from spectral_core.errors import RenderError
-
         return RenderError(f"{type(error).__name__}: {error}")
 
 

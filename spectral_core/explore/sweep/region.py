@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Regions of interest (R2): ranges, linear constraints and a p-norm ball over the parameters of a sweep.
+"""Regions of interest: ranges, linear constraints and a p-norm ball over the parameters of a sweep.
 
 A region is stated in values; ranges that it does not name are those of the sweep. ``in_unit_cube`` is the same region
 in the coordinates of the lattice. ``transferred`` applies it to another sweep by parameter names.

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from spectral_core.child import cores
-from spectral_core.errors import MissingDependencyError, RenderError, SpectralError
+from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError, SpectralError
 from spectral_core.explore.sweep.files import DRIVER_LOCK, only_holder
 from spectral_core.explore.sweep.ledger import Pace
 from spectral_core.explore.sweep.outcome import ComputeNode, worker_command, worker_prelude
@@ -98,8 +98,6 @@ def run_sweep(
     ------
     InvalidInputError : another process runs this sweep, or the node is not the one that the store was made with.
     """
-    from spectral_core.errors import InvalidInputError
-
     if node.fingerprint != store.project.fingerprint:
         raise InvalidInputError(
             "the swept scene or program has changed since this folder was made, so its rows would not fit together; "

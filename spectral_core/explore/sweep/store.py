@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The store of a sweep (R8): a Cinema Spec D folder with a project file and a ledger, which owns the data.
+"""The store of a sweep: a Cinema Spec D folder with a project file and a ledger, which owns the data.
 
 ``NAME.cdb/``: ``data.csv`` and ``image/`` are for other programs; ``project.json`` holds parameters and design;
 ``ledger.sqlite`` holds every point and attempt. ``outcome/`` and ``lease/`` pass outcomes from workers to the ledger.

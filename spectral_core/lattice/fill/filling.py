@@ -52,10 +52,9 @@ def fill_exactly(
     anchored = _anchored(lattice, region)
     rng = seeded(seed)
     n = lattice.dimensions
-    # The lattice starts with a cell as large as the region's ellipsoid; only ratios of gauges count afterward.
-    unit = math.exp(
-        -float(np.linalg.slogdet(anchored.metric)[1]) / n
-    )  # a length of the region, so that gauges are near 1
+    # The lattice starts with a cell as large as the region's ellipsoid, so that gauges are near 1; afterward only their
+    # ratios count.
+    unit = math.exp(-float(np.linalg.slogdet(anchored.metric)[1]) / n)
     for _ in range(MAX_DRAWS):
         # An offset drawn over one cell makes every placement of the lattice equally likely.
         orientation = random_rotation(n, rng) if rotation is None else checked_rotation(rotation, n)

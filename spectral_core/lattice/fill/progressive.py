@@ -84,6 +84,7 @@ class ProgressivePoints:
 
     def shared(self, other: ProgressivePoints) -> tuple[Integers, Integers]:
         """Indices in this and in the other set of the points in both, (K,) each; both sets must have the same frame."""
+        require_kind("the other set", other, ProgressivePoints, "progressive_fill, or refine and within of one")
         if not other.frame.same_as(self.frame):
             raise InvalidInputError(
                 "the two sets of points come from different frames, so no point is shared by design"
@@ -121,6 +122,7 @@ def progressive_fill(
         )
     require_count(count)
     chosen = sampling_lattice(region.dimensions, rate) if lattice is None else lattice
+    require_kind("the lattice", chosen, Lattice, "make_lattice")
     if rotation is None and region.box_limits is not None and 1 < len(chosen.generator) <= MAX_TURN_DIMENSIONS:
         frame, coefficients = _filled_at_best_turn(chosen, region, count, seed)
     else:

@@ -10,7 +10,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, real_numbers, require_kind, require_range
 from spectral_core.errors import InvalidInputError
 
 Matrix = NDArray[np.float64]
@@ -99,7 +99,7 @@ class Region:
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """True if each point (N, n) satisfies every inequality in floating point, (N,)."""
-        given = np.asarray(points, dtype=np.float64)
+        given = real_numbers("points", points)
         if given.ndim != 2 or given.shape[1] != self.dimensions:
             raise InvalidInputError(f"points has shape {given.shape}; expected (N, {self.dimensions})")
         if self.box_limits is not None:
@@ -125,6 +125,7 @@ class Region:
 
     def __and__(self, other: Region) -> Region:
         """The points in both regions; at most one of them may hold a ball."""
+        require_kind("the other region", other, Region, "lattice.box, ball or halfspaces")
         if self.dimensions != other.dimensions:
             raise InvalidInputError(
                 f"regions of {self.dimensions} and {other.dimensions} dimensions cannot be intersected"

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError
+from spectral_core.checks import require_whole
 from spectral_core.lattice.classes import LatticeClass
 from spectral_core.lattice.construction import MAX_LOG_SCALE, build_lattice
 from spectral_core.lattice.measure.figures import covering_radius
@@ -35,8 +35,8 @@ def optimize_covering(
     """
     from scipy.optimize import minimize
 
-    if starts < 1 or steps < 1:
-        raise InvalidInputError(f"starts is {starts} and steps {steps}; expected at least 1")
+    require_whole("starts", starts, 1, 1 << 31)
+    require_whole("steps", steps, 1, 1 << 31)
     sizes = lattice_class.polynomial.block_sizes
     points = cell_samples(lattice_class.polynomial.dimensions, _SAMPLES, seed)
     rng = np.random.default_rng(seed)

@@ -13,7 +13,8 @@ from spectral_core.palette.assemble.equations import Equation
 
 Array = NDArray[np.float64]
 
-OPEN = 1e30  # an open end of a range
+OPEN = 1e30
+"""An open end of a range: the infinity of daqp."""
 UNBOUNDED = 3  # of ``linprog``
 
 

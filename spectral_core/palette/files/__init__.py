@@ -10,7 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from spectral_core.checks import require_kind
+from spectral_core.checks import path_of, require_kind
 from spectral_core.documents import read_document, write_document
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.files.document import PALETTE_SCHEMA, document_of, problem_of
@@ -59,7 +59,7 @@ def read_solution(path: str | Path) -> PaletteSolution:
 def write_solution(path: str | Path, solution: PaletteSolution) -> None:
     """Write a solution, its problem included, as JSON."""
     require_kind("the solution", solution, PaletteSolution, "from solve_palette")
-    file = Path(path)
+    file = path_of(path)
     if file.suffix.lower() != ".json":
         raise InvalidInputError(f"solutions are written as .json, got {file.name!r}; change the file name's ending")
     write_document(file, solution_document(solution), indent=None)

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_text
+from spectral_core.checks import frozen_array, path_of, read_only_when_copied, require_kind, require_text
 from spectral_core.errors import FileFormatError, InvalidInputError, counted
 from spectral_core.files.guarded import read_bytes, read_text, reading
 from spectral_core.files.whole import write_bytes
@@ -68,7 +68,7 @@ def write_swatches(path: str | Path, swatches: Sequence[Swatch], *, clip: bool =
     swatches = sequence_of("swatches", swatches)
     for swatch in swatches:
         require_kind("a swatch", swatch, Swatch)
-    file = Path(path)
+    file = path_of(path)
     writers = {".ase": _ase_bytes, ".gpl": _gpl_bytes}
     if file.suffix.lower() not in writers:
         raise InvalidInputError(f"cannot tell the swatch format of {file.name!r}; name it .ase or .gpl")
@@ -88,7 +88,7 @@ def write_swatches(path: str | Path, swatches: Sequence[Swatch], *, clip: bool =
 
 def read_swatches(path: str | Path) -> list[Swatch]:
     """Colors of an ``.ase`` or ``.gpl`` file, recognized by their contents. Raises FileFormatError."""
-    file = Path(path)
+    file = path_of(path)
     with reading(file, "a file of swatches"):
         data = read_bytes(file)
         return _read_ase(file, data) if data[:4] == b"ASEF" else _read_gpl(file)

@@ -15,14 +15,13 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.requests import Requests
 from spectral_core.palette.assemble.side import COLOR_NORM
+from spectral_core.palette.design.lights import MEMORY
 from spectral_core.palette.design.rounds import Budget
 from spectral_core.palette.paint.fluorescent_spectra import FluorescentSpectra
 from spectral_core.palette.problem import CellIndex
 
 Array = NDArray[np.float64]
 
-MEMORY = 20
-"""Pairs of steps and gradients that L-BFGS-B keeps."""
 STALLED = 1e-12
 """Relative fall of the sum of squares in one iteration below which L-BFGS-B stops."""
 SHARE = 0.7

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.optimize import linprog
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.texture.reach import corner_colors, reachable_scales
 
@@ -59,7 +59,7 @@ def design_basis(
     started = time.perf_counter()
     stimuli = np.asarray(matrix, dtype=np.float64)
     rows = len(stimuli)
-    if not rows <= count <= MOST_SPECTRA:
+    if not rows <= require_whole("the number of basis spectra", count, -1 << 31, 1 << 31) <= MOST_SPECTRA:
         raise InvalidInputError(
             f"the number of basis spectra is {count}; expected {rows} to {MOST_SPECTRA} for {rows // 3} lights, three "
             "per light or more"

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from spectral_core.checks import path_of
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.exr import openexr, read_exr, write_exr
 from spectral_core.files.guarded import reading, require_shallow
@@ -30,7 +31,7 @@ def write_texture(path: str | Path, texture: SpectralTexture) -> Path:
 
     Raises InvalidInputError if the name does not end in .exr, MissingDependencyError without OpenEXR.
     """
-    path = Path(path)
+    path = path_of(path)
     if path.suffix.lower() != ".exr":
         raise InvalidInputError(
             f"a spectral texture is an EXR file; got the name {path.name!r}, give one ending in .exr"

@@ -65,6 +65,7 @@ class LightDesign:
 
 def led(peak_nm: float, width_nm: float, grid: SpectralGrid = LIGHT_GRID) -> Illuminant:
     """Gaussian LED of unit peak: ``peak_nm`` its wavelength, ``width_nm`` its full width at half maximum."""
+    peak_nm = require_range("the peak of an LED", peak_nm, 100.0, 10_000.0, " nm")
     distance = (grid.wavelengths_nm - peak_nm) / require_range("LED width", width_nm, 2.0, 200.0, " nm")
     return Illuminant(f"LED {peak_nm:g} nm", grid, np.exp(-4 * np.log(2) * distance**2))
 
@@ -73,6 +74,9 @@ def led_range(
     width_nm: float = 20.0, first_nm: float = 430.0, last_nm: float = 670.0, step_nm: float = 5.0
 ) -> list[Illuminant]:
     """LEDs of one width with peaks at equal steps: the primaries of a design with free peaks."""
+    for name, value in (("first_nm", first_nm), ("last_nm", last_nm)):
+        require_range(name, value, 100.0, 10_000.0, " nm")
+    require_range("step_nm", step_nm, 0.1, 1000.0, " nm")
     return [led(peak, width_nm) for peak in np.arange(first_nm, last_nm + 0.5 * step_nm, step_nm)]
 
 

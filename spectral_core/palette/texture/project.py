@@ -12,10 +12,11 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from spectral_core.checks import require_choices, require_range, require_whole
+from spectral_core.checks import require_declared, require_range, require_whole
 from spectral_core.documents import Schema, read_document
 from spectral_core.documents.codecs import SpectrumFiles, decoded_color, decoded_spectrum
 from spectral_core.errors import InvalidInputError
+from spectral_core.palette.given import require_each
 from spectral_core.palette.texture.basis import MOST_SPECTRA
 from spectral_core.palette.texture.lights import LightDesign, design_lights, led_range
 from spectral_core.palette.texture.pinned import FEWEST_SPECTRA, design_pinned_texture
@@ -61,7 +62,7 @@ class TextureSettings:
     led_width_nm: float = 20.0
 
     def __post_init__(self) -> None:
-        require_choices(self)
+        require_declared(self)
         require_range("daylight_share", self.daylight_share, 0.0, 0.9)
         require_range("led_width_nm", self.led_width_nm, 5.0, 60.0, " nm")
         require_range("importance", self.importance, 1e-3, 1e3)
@@ -81,6 +82,9 @@ class TextureProject:
     settings: TextureSettings = TextureSettings()
 
     def __post_init__(self) -> None:
+        require_declared(self)
+        require_each("lights", self.lights, Illuminant, "an Illuminant")
+        require_each("wanted_colors", self.wanted_colors, Pin, "a Pin")
         if len(self.pictures) not in (1, 2):
             raise InvalidInputError(
                 f"one surface takes one picture with wanted colors or two pictures; got {len(self.pictures)}"

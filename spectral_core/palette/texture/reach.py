@@ -17,8 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.optimize import linprog
 
-from spectral_core.checks import frozen_array, require_range
+from spectral_core.checks import frozen_array, real_numbers, require_range
 from spectral_core.errors import InvalidInputError, SolveError
+from spectral_core.palette.given import require_each, sequence_of
 from spectral_core.spectra.color import RGB_FROM_XYZ, WHITE_XYZ
 from spectral_core.spectra.observer import Observer, xyz_from_product
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
@@ -46,6 +47,8 @@ def stimulus_matrix(
     ------
     InvalidInputError : no light is given, or one gives the observer no luminance.
     """
+    lights = sequence_of("lights", lights)
+    require_each("lights", lights, Illuminant, "an Illuminant, such as catalogue.illuminant('D65')")
     if not lights:
         raise InvalidInputError("a stimulus matrix needs at least one light; got none")
     rows = []
@@ -89,8 +92,8 @@ def reachable_scales(matrix: ArrayLike, colors: ArrayLike, floor: float) -> Scal
     ------
     SolveError : the linear program fails.
     """
-    stimuli = np.asarray(matrix, dtype=np.float64)
-    wanted = np.atleast_2d(np.asarray(colors, dtype=np.float64))
+    stimuli = frozen_array("matrix", matrix, (None, None))
+    wanted = frozen_array("colors", np.atleast_2d(real_numbers("colors", colors)), (None, len(stimuli)))
     require_range("floor", floor, 0.0, 0.999)
     count, (rows, knots) = len(wanted), stimuli.shape
     block = sparse.csc_matrix(stimuli)
@@ -142,6 +145,7 @@ def reachable_contrast(lights: Sequence[Illuminant], floor: float = 0.05) -> Rea
     lights : one light per picture, 1 to 3.
     floor : linear gray of the darkest color, 0 to 0.999.
     """
+    lights = sequence_of("lights", lights)
     if not 1 <= len(lights) <= 3:
         raise InvalidInputError(f"reachable contrast is decided for 1 to 3 lights; got {len(lights)}")
     corners = corner_colors(len(lights))

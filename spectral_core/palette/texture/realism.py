@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.checks import require_range
+from spectral_core.errors import InvalidInputError
+from spectral_core.palette.given import require_each, sequence_of
 from spectral_core.palette.texture.reach import stimulus_matrix
 from spectral_core.spectra.color import RGB_FROM_XYZ, WHITE_XYZ, delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import OBSERVER_NAMES, observer, xyz_from_spectrum
@@ -88,6 +90,10 @@ def white_differences(lights: Sequence[Illuminant]) -> tuple[WhiteDifference, ..
     """Differences for other observers: lights that match for the standard observer do not match for all others."""
     from spectral_core.spectra.catalogue import illuminant
 
+    lights = sequence_of("lights", lights)
+    require_each("lights", lights, Illuminant, "an Illuminant, such as catalogue.illuminant('D65')")
+    if not lights:
+        raise InvalidInputError("no light is given; the differences are those of at least one")
     found = []
     for name in OBSERVER_NAMES:
         eye = observer(name)

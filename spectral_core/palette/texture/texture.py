@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError, counted
+from spectral_core.palette.given import require_each, sequence_of
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
 from spectral_core.palette.texture.fit import TILE, Fitter, over_tiles, require_importance
 from spectral_core.palette.texture.loss import PictureLoss, picture_losses, texel_delta_e
@@ -167,13 +168,15 @@ def design_texture(
     InvalidInputError : sizes differ, counts differ, a number is out of its range, or the mapping is unknown.
     """
     started = time.perf_counter()
+    pictures, lights = sequence_of("pictures", pictures), sequence_of("lights", lights)
+    require_each("pictures", pictures, Picture, "a Picture")
     _require_alike(pictures, lights)
     require_range("floor", floor, 0.0, MOST_FLOOR)
     if mapping not in get_args(Mapping):
         raise UnknownNameError.among("mapping", str(mapping), get_args(Mapping))
     # All is checked before the basis is designed, which takes seconds.
-    importance = [1.0] * len(lights) if importance is None else importance
-    weighed = require_importance(tuple(map(float, importance)), len(lights))
+    importance = [1.0] * len(lights) if importance is None else frozen_array("importance", importance, (None,)).tolist()
+    weighed = require_importance(tuple(importance), len(lights))
     if mapping == "least_delta_e":
         slope = require_range("slope", 0.97 - floor if slope is None else slope, 0.0, round(1.0 - floor, 12))
     matrix = stimulus_matrix(lights)

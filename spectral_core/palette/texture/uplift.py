@@ -16,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_range
+from spectral_core.checks import frozen_array, read_only_when_copied, real_numbers, require_kind, require_range
 from spectral_core.errors import InvalidInputError, SolveError, counted
+from spectral_core.palette.given import require_each, sequence_of
 from spectral_core.palette.texture.reach import TEXTURE_GRID, stimulus_matrix
 from spectral_core.palette.texture.spline import NODES, axis, cell
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
@@ -87,7 +88,7 @@ class Uplift:
 
         Raises InvalidInputError for colors outside [0, 1].
         """
-        colors = np.atleast_2d(np.asarray(linear_rgb, dtype=np.float64))
+        colors = np.atleast_2d(real_numbers("colors", linear_rgb, 3))
         if colors.size and not (colors.min() >= 0 and colors.max() <= 1):
             raise InvalidInputError(
                 f"colors span {colors.min():g} to {colors.max():g}; a reflectance has linear RGB from 0 to 1"
@@ -129,6 +130,10 @@ def design_uplift(
         colors. SolveError : the solver fails at a node.
     """
     started = time.perf_counter()
+    pins = sequence_of("pins", pins)
+    require_each("pins", pins, Pin, "a Pin")
+    for light in (first,) if second is None else (first, second):
+        require_kind("a light of the lattice", light, Illuminant, "catalogue.illuminant('D65')")
     if pins and second is None:
         raise InvalidInputError(
             f"{counted(len(pins), 'pin')} without a second light; name the light under which they hold"

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.checks import path_of
 from spectral_core.errors import InvalidInputError, MissingDependencyError, counted
 from spectral_core.files.whole import require_writable, whole_file
 from spectral_core.render.cost.curve import CostCurve, CostPoint, require_axis
@@ -43,7 +44,7 @@ def write_figure(path: str | Path, curve: CostCurve, axis: str = "samples", titl
     ------
     InvalidInputError : an axis that was not measured, another type of file. MissingDependencyError : no matplotlib.
     """
-    path = Path(path)
+    path = path_of(path)
     points = [point for point in curve.axis(axis) if point.seconds > 0]
     if not points:
         known = ", ".join(dict.fromkeys(point.axis for point in curve.points))
@@ -75,7 +76,7 @@ def write_figure(path: str | Path, curve: CostCurve, axis: str = "samples", titl
 def require_drawable(path: str | Path, axis: str = "samples") -> None:
     """Raise the errors of ``write_figure`` for its file, its axis and matplotlib, before the work for it is done."""
     require_axis(axis)
-    _require_format(Path(path))
+    _require_format(path_of(path))
     _pyplot()
     require_writable(path)
 

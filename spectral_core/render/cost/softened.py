@@ -113,9 +113,9 @@ def _blurred(amount: Array, height: int, width: int) -> Array:
         wide = sigma / max(float(np.sin(np.pi * (row + 0.5) / height)), sigma)
         kernel = np.exp(-0.5 * (column / wide) ** 2)
         kernel /= kernel.sum()
-        spread[row] = np.fft.irfft(
-            np.fft.rfft(amount[row], axis=0) * np.fft.rfft(kernel)[:, None], n=width, axis=0
-        )  # around the circle
+        # by Fourier transforms, because a row goes around the circle
+        product = np.fft.rfft(amount[row], axis=0) * np.fft.rfft(kernel)[:, None]
+        spread[row] = np.fft.irfft(product, n=width, axis=0)
     rows = np.arange(height) * (np.pi / height)
     kernels = np.exp(-0.5 * ((rows[:, None] - rows[None, :]) / sigma) ** 2)
     kernels /= kernels.sum(axis=0, keepdims=True)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.errors import first_of
 from spectral_core.render.lens.aperture import width_of_lens
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES, MOST_ERROR, USUAL_BOUNCES, How
@@ -71,27 +72,29 @@ def absent(
 
 def names(items: tuple[str, ...], most: int = 3) -> str:
     """A few names in quotes, and the number of others."""
-    shown = ", ".join(repr(item) for item in items[:most])
-    return shown if len(items) <= most else f"{shown} and {len(items) - most} more"
+    return first_of(map(repr, items), len(items), most)
 
 
 def _transport(found: Found) -> Effect:
     inventory, choices = found.inventory, ("rgb", "spectral")
-    simple = lambda error: (Level("spectral"), Level("rgb", error, SPECTRAL_SHARE))  # noqa: E731
+
+    def levels(error: float) -> tuple[Level, Level]:
+        return Level("spectral"), Level("rgb", error, SPECTRAL_SHARE)
+
     if inventory.dispersive and _disperses_anyway(found):
         reason = f"colors part in the dispersive {names(inventory.dispersive)}"
-        return Effect("transport", simple(KEEP), reason, "no rainbows", "bounded", choices)
+        return Effect("transport", levels(KEEP), reason, "no rainbows", "bounded", choices)
     if not inventory.spectra:
         reason = "no light or material has a spectrum; three channels are exact"
-        return Effect("transport", simple(0.0), reason, choices=choices)
+        return Effect("transport", levels(0.0), reason, choices=choices)
     loses = "colors that only spectra can distinguish become equal"
     if found.is_exact:  # the error, which does not matter here, takes most of the time of an edit's plan
-        return Effect("transport", simple(KEEP), "there are spectra", loses, "not known", choices)
+        return Effect("transport", levels(KEEP), "there are spectra", loses, "not known", choices)
     # three channels show no dispersion, whose own error is never larger: it leaves first
     error = rgb_transport_error(found.scene) + _error_without_dispersion(found)
     text = "an unknown error" if error == KEEP else f"an error of ΔE {error:.2g}"
     reason = f"there are spectra in {names(inventory.spectra)}; surfaces under all lights have {text} in three channels"
-    return Effect("transport", simple(error), reason, loses, "bounded", choices)
+    return Effect("transport", levels(error), reason, loses, "bounded", choices)
 
 
 def _disperses_anyway(found: Found) -> bool:
@@ -247,10 +250,8 @@ def _depth_of_field(found: Found) -> Effect:
 def _caustics(found: Found) -> tuple[Effect, ...]:
     inventory = found.inventory
     made = []
-    for kind, carriers, what in (
-        ("reflective", inventory.glossy, "mirrors"),
-        ("refractive", inventory.refractive, "glass"),
-    ):
+    kinds = ("reflective", inventory.glossy, "mirrors"), ("refractive", inventory.refractive, "glass")
+    for kind, carriers, what in kinds:
         name = f"{kind}_caustics"
         if not carriers:
             made.append(absent(name, f"the scene has no {what}", choices=ON_OFF))

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import path_of
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.exr import exr_headers, openexr, read_exr, write_exr
 from spectral_core.files.guarded import no_file, reading, require_shallow
@@ -79,7 +80,7 @@ def read_transport(path: str | Path, *, scene_hash: str | None = None) -> Transp
     Raises FileFormatError for a file that is missing, truncated, edited, of another type or of another scene; the
     message names the cause and the remedy.
     """
-    path = Path(path)
+    path = path_of(path)
     if not path.is_file():
         raise FileFormatError(no_file(path, _GONE))
     what = "a transport file; record it again"

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from spectral_core.checks import require_kind
+from spectral_core.checks import path_of, require_kind
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError, first_of
 from spectral_core.files.guarded import read_text, reading
 from spectral_core.spectra.files import csv_table, mitsuba_spd, spdx
@@ -54,7 +54,7 @@ def read_spectra(
     ``"percent"``; None uses the file's statement, else nm and fraction.
     Raises FileFormatError (file, line, what was expected), UnknownNameError.
     """
-    file = Path(path)
+    file = path_of(path)
     options = ReadOptions(kind, wavelength_unit, value_unit)
     name = None if file_format is None else _known_format(file_format)
     with reading(file, "spectra"):
@@ -80,10 +80,12 @@ def write_spectra(path: str | Path, spectra: Sequence[Spectrum], *, file_format:
     The format follows from the file name's ending or from ``file_format``. CSV holds any number of spectra on any
     grids; SPDX and .spd hold exactly one. Raises InvalidInputError.
     """
-    file = Path(path)
+    file = path_of(path)
     name = format_of_ending(file) if file_format is None else _known_format(file_format)
     if isinstance(spectra, Spectrum):
         raise InvalidInputError(f"one spectrum, {spectra.name!r}, to write to {file}; expected a list of spectra")
+    if not isinstance(spectra, Sequence):
+        raise InvalidInputError(f"the spectra are {str(spectra)[:40]!r}; expected a list of spectra")
     if not spectra:
         raise InvalidInputError(f"no spectra to write to {file}; give at least one")
     for spectrum in spectra:
@@ -105,7 +107,7 @@ def detect_format(path: str | Path) -> str:
 
     Raises FileFormatError for a file that is absent, empty or not text.
     """
-    file = Path(path)
+    file = path_of(path)
     text = read_text(file)
     if text.lstrip().startswith("<"):
         return "spdx"
@@ -130,7 +132,7 @@ def _known_format(name: str) -> str:
 
 def format_of_ending(path: str | Path) -> str:
     """``"csv"``, ``"spdx"`` or ``"spd"``: the format that ``write_spectra`` writes there. Raises InvalidInputError."""
-    file = Path(path)
+    file = path_of(path)
     for name, suffixes in FORMATS.items():
         if file.suffix.lower() in suffixes:
             return name

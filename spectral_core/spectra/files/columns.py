@@ -12,6 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import require_kind
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError, counted
 from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid, Spectrum
 
@@ -70,7 +71,8 @@ class Column:
 
 
 def kind_of(spectrum: Spectrum) -> SpectrumKind:
-    """``"illuminant"``, ``"reflectance"``, or ``"spectrum"`` for anything else."""
+    """``"illuminant"``, ``"reflectance"``, or ``"spectrum"`` for any other spectrum."""
+    require_kind("the spectrum", spectrum, Spectrum)
     if isinstance(spectrum, Illuminant):
         return "illuminant"
     return "reflectance" if isinstance(spectrum, Reflectance) else "spectrum"
@@ -78,10 +80,10 @@ def kind_of(spectrum: Spectrum) -> SpectrumKind:
 
 def known_unit(given: str, known: dict[str, float]) -> str:
     """The unit's own name from any of its spellings. Raises UnknownNameError."""
-    name = given.strip().lower()
+    name = str(given).strip().lower()
     name = UNIT_SPELLINGS.get(name, name)
     if name not in known:
-        raise UnknownNameError.among("unit", given, known)
+        raise UnknownNameError.among("unit", str(given), known)
     return name
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
+from spectral_core.checks import path_of
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.files.guarded import read_text, reading
 from spectral_core.files.whole import write_text
@@ -83,7 +84,7 @@ class SpdxDocument:
 
 def read_spdx(path: str | Path, options: ReadOptions | None = None) -> SpdxDocument:
     """The file with its header. Raises FileFormatError (file, line, what was expected)."""
-    file = Path(path)
+    file = path_of(path)
     with reading(file, "the XML of IES TM-27-14"):
         return _read(file, options or ReadOptions())
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import real_numbers, require_range
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.analysis.signal import SampledFunction, essential_bandlimit, steepest_slope
 from spectral_core.volume.field import ScalarVolume
@@ -104,7 +104,7 @@ def _transfer(
         return [SampledFunction.regular(curve, values[1] - low, origin=low) for curve in curves]
     if callable(g):
         return [SampledFunction.regular(np.asarray(g(values)), values[1] - low, origin=low)]
-    samples = np.asarray(g, dtype=np.float64)
+    samples = real_numbers("samples of g", g)
     if samples.ndim != 1 or samples.size < 3:
         raise InvalidInputError(f"samples of g have shape {samples.shape}; expected 3 or more along one axis")
     return [SampledFunction.regular(samples, (high - low) / (samples.size - 1), origin=low)]

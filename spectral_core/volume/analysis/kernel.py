@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied
+from spectral_core.checks import frozen_array, read_only_when_copied, real_numbers, require_range
 from spectral_core.errors import InvalidInputError, counted
-from spectral_core.volume.analysis.signal import SampledFunction
+from spectral_core.volume.analysis.signal import SampledFunction, require_sampled
 
 
 @read_only_when_copied
@@ -52,6 +52,7 @@ def frequency_transfer_kernel(f: SampledFunction, nu: ArrayLike) -> TransferKern
     """
     from scipy import fft
 
+    require_sampled(f)
     f.require_one_variable()
     frequencies = frozen_array("nu", nu, [None])
     spacing, count = f.spacing[0], f.values.size
@@ -82,7 +83,7 @@ class ConeEdge:
         """
         from scipy.special import airy
 
-        frequency, transfer = np.broadcast_arrays(np.asarray(omega, float), np.asarray(nu, float))
+        frequency, transfer = np.broadcast_arrays(real_numbers("omega", omega), real_numbers("nu", nu))
         if np.any(transfer == 0):
             raise InvalidInputError("the Airy edge is an approximation for large |ν|; ν = 0 was given")
         total = np.zeros(frequency.shape, dtype=np.complex128)
@@ -94,6 +95,7 @@ class ConeEdge:
 
     def decay_length(self, nu: float) -> float:
         """Distance in ω over which the Airy argument grows by one, for transfer frequency ``nu``: ∝ |ν|^(1/3)."""
+        nu = require_range("nu", nu, -np.inf, np.inf)
         return float(np.max(np.abs(nu * self.third_derivatives / 2) ** (1 / 3)))
 
 
@@ -104,6 +106,7 @@ def cone_edges(f: SampledFunction) -> tuple[ConeEdge, ConeEdge]:
     """
     from scipy.interpolate import PPoly, make_interp_spline
 
+    require_sampled(f)
     f.require_one_variable()
     if f.values.size < 8:
         raise InvalidInputError(

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import require_range
+from spectral_core.checks import require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError, counted
+from spectral_core.volume.analysis.signal import require_interval
 
 Function = Callable[[NDArray], ArrayLike]
 
@@ -69,10 +70,12 @@ def sample_composition(
     Give ``CompositeBandlimit.frequency`` or ``.product_frequency`` to compare the two bounds. ``margin`` more samples
     on each side keep the truncation of the sinc series away from the interval; f and g must be defined there.
     """
+    if not isinstance(interval, tuple | list) or len(interval) != 2:
+        raise InvalidInputError(f"the interval is {interval}; expected two numbers, its ends")
     low, high = interval
-    if not low < high:
-        raise InvalidInputError(f"the interval is {low} to {high}; expected low < high")
-    require_range("frequency", frequency, 1e-300, math.inf, " rad per unit length")
+    require_interval(low, high)
+    require_range("frequency", frequency, 1e-300, 1e300, " rad per unit length")
+    require_whole("margin", margin, 0, 10_000_000)
     require_range("oversampling", oversampling, 1e-6, 1e6)
     distance = math.pi / (frequency * oversampling)
     inside = math.ceil((high - low) / distance)
@@ -87,7 +90,8 @@ def sample_composition(
 
 def reconstruction_snr(samples: RegularSamples, function: Function, count: int = 4096) -> float:
     """Signal to noise ratio in dB, 10 log10(|h|² / |h − r|²), of the interpolant r against ``function`` h."""
-    x = np.linspace(*samples.interval, count)
+    require_kind("the samples", samples, RegularSamples, "sample_composition")
+    x = np.linspace(*samples.interval, require_whole("count", count, 2, 1 << 30))
     expected = np.asarray(function(x), dtype=np.float64)
     noise = float(np.sum((expected - samples(x)) ** 2))
     return math.inf if noise == 0 else 10 * math.log10(float(np.sum(expected**2)) / noise)

@@ -13,8 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_range
+from spectral_core.checks import (
+    frozen_array,
+    read_only_when_copied,
+    real_numbers,
+    require_kind,
+    require_range,
+    require_whole,
+)
 from spectral_core.errors import InvalidInputError, counted
+
+MOST_SAMPLES = 1 << 30
+"""More do not fit into memory."""
 
 
 @read_only_when_copied
@@ -54,10 +64,10 @@ class SampledFunction:
         periodic: bool = False,
     ) -> SampledFunction:
         """Samples at ``origin + i * spacing``; a single number applies to every axis. Raises InvalidInputError."""
-        array = np.asarray(values, dtype=np.float64)
+        array = real_numbers("sampled function", values)
         per_axis = []
         for name, given in (("spacing", spacing), ("origin", origin)):
-            numbers = np.asarray(given, dtype=np.float64)
+            numbers = real_numbers(name, given)
             if numbers.ndim and numbers.shape != (array.ndim,):
                 raise InvalidInputError(
                     f"{name} has shape {numbers.shape} for values of shape {array.shape}; expected a number, or "
@@ -71,9 +81,10 @@ class SampledFunction:
         cls, function: Callable[[NDArray], ArrayLike], low: float, high: float, count: int, *, periodic: bool = False
     ) -> SampledFunction:
         """``count`` samples of ``function`` over [low, high]; a periodic one leaves out ``high``."""
-        if not low < high:
-            raise InvalidInputError(f"the interval is {low} to {high}; expected low < high")
-        if count < 3:
+        if not callable(function):
+            raise InvalidInputError(f"the function is {str(function)[:40]!r}; expected one that takes an array")
+        require_interval(low, high)
+        if require_whole("count", count, -1 << 31, MOST_SAMPLES) < 3:
             raise InvalidInputError(f"{counted(count, 'sample was', 'samples were')} requested; expected 3 or more")
         positions = np.linspace(low, high, count, endpoint=not periodic)
         return cls.regular(np.asarray(function(positions)), positions[1] - positions[0], origin=low, periodic=periodic)
@@ -97,6 +108,19 @@ class SampledFunction:
             )
 
 
+def require_interval(low: float, high: float) -> None:
+    """Raise InvalidInputError unless these are the finite ends of an interval, the lower one first."""
+    for name, end in (("low", low), ("high", high)):
+        require_range(f"the end {name!r} of the interval", end, -1e300, 1e300)
+    if not low < high:
+        raise InvalidInputError(f"the interval is {low} to {high}; expected low < high")
+
+
+def require_sampled(signal: SampledFunction) -> None:
+    """Raise InvalidInputError for an array or a function in place of a sampled function."""
+    require_kind("the function", signal, SampledFunction, "SampledFunction.regular(array) or SampledFunction.of")
+
+
 def spectrum_energy(signal: SampledFunction) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Angular frequency (norm over the axes) and energy of each spectral component, without the mean; both are flat.
 
@@ -104,15 +128,15 @@ def spectrum_energy(signal: SampledFunction) -> tuple[NDArray[np.float64], NDArr
     """
     from scipy import fft
 
+    require_sampled(signal)
     shape = signal.values.shape
     if signal.periodic:
         energy = np.abs(fft.fftn(signal.values)) ** 2
         axes = [2 * np.pi * np.abs(fft.fftfreq(n, d)) for n, d in zip(shape, signal.spacing, strict=True)]
     else:
         energy = fft.dctn(signal.values, type=1) ** 2
-        for axis, count in enumerate(
-            shape
-        ):  # each inner cosine represents a pair of exponentials of the mirrored signal
+        # Each inner cosine represents a pair of exponentials of the mirrored signal.
+        for axis, count in enumerate(shape):
             pairs = np.full(count, 2.0)
             pairs[[0, -1]] = 1.0
             energy *= pairs.reshape([-1 if i == axis else 1 for i in range(len(shape))])
@@ -126,6 +150,7 @@ def spectrum_energy(signal: SampledFunction) -> tuple[NDArray[np.float64], NDArr
 
 def energy_beyond(signal: SampledFunction, angular_frequency: float) -> float:
     """Fraction of the energy about the mean that lies above ``angular_frequency``; 0 for a constant."""
+    require_range("angular frequency", angular_frequency, 0.0, np.inf)
     frequency, energy = spectrum_energy(signal)
     total = float(energy.sum())
     return float(energy[frequency > angular_frequency].sum()) / total if total > _negligible(signal) else 0.0
@@ -153,6 +178,7 @@ def steepest_slope(signal: SampledFunction) -> float:
     In each cell a partial derivative is a mean of that cell's parallel edges, hence at most the largest of their
     differences; the norm of these per-axis bounds is exact in one variable and slightly too large in more.
     """
+    require_sampled(signal)
     values = signal.values
     if signal.periodic:
         values = np.pad(values, [(0, 1)] * values.ndim, mode="wrap")

@@ -13,11 +13,12 @@ from typing import Any, Literal
 
 import numpy as np
 
+from spectral_core.checks import require_declared, require_kind
 from spectral_core.documents.codecs import SpectrumFiles, decoded_color, decoded_grid, decoded_spectrum, encoded_grid
 from spectral_core.documents.schema import Schema
 from spectral_core.errors import FileFormatError, InvalidInputError, counted
 from spectral_core.spectra.spectrum import SpectralGrid
-from spectral_core.volume.field import ScalarVolume
+from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 from spectral_core.volume.fill_values import with_width
 from spectral_core.volume.transfer import Array, Material, TransferFunction
 
@@ -43,9 +44,7 @@ class TransferDocument:
     title: str = ""
 
     def __post_init__(self) -> None:
-        for name, known in (("values", ("data", "fraction")), ("length", ("world", "voxel"))):
-            if getattr(self, name) not in known:
-                raise InvalidInputError(f"{name} is {getattr(self, name)!r}; expected {' or '.join(map(repr, known))}")
+        require_declared(self)
 
     def for_volume(self, volume: ScalarVolume, value_range: tuple[float, float] | None = None) -> TransferFunction:
         """The function over the volume's data values, per world unit.
@@ -53,6 +52,7 @@ class TransferDocument:
         Fractions refer to ``value_range``, by default the volume's: a sequence has one range for all its frames. A
         voxel's length is the cube root of its volume, if voxels are no cubes.
         """
+        require_kind("the volume", volume, ScalarVolume, VOLUME_SOURCES)
         low, high = with_width(*(volume.range_without_fill_values if value_range is None else value_range))
         scale, start = (high - low, low) if self.values == "fraction" else (1.0, 0.0)
         per_world = 1 / voxel_length(volume) if self.length == "voxel" else 1.0

@@ -30,6 +30,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from spectral_core.checks import require_kind
 from spectral_core.documents import read_document, write_document
 from spectral_core.volume.documents.transfer_document import TransferDocument, document_of, transfer_of
 from spectral_core.volume.transfer import TransferFunction
@@ -44,4 +45,5 @@ def write_transfer(path: str | Path, stated: TransferDocument | TransferFunction
     """Write ``.toml`` or ``.json``; read_transfer returns the same numbers. ``comment``: lines above the TOML."""
     if isinstance(stated, TransferFunction):
         stated = TransferDocument(stated)
+    require_kind("the transfer function", stated, TransferDocument, "or a TransferFunction")
     write_document(path, document_of(stated), comment=comment, what="transfer functions")

@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
+from spectral_core.checks import path_of
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.guarded import reading, require_regular
 from spectral_core.volume.field import ScalarVolume
@@ -23,7 +24,7 @@ def read_volume(
     any name. Raises FileFormatError for a file that is truncated, invalid or of another format, InvalidInputError for a
     choice that is missing or not in the file, and MissingDependencyError if the format's library is not installed.
     """
-    path = Path(path)
+    path = path_of(path)
     request = ReadRequest(field, component, raw)
     if raw is not None and path.is_dir():
         raise InvalidInputError(f"{path} is a folder; a raw layout describes one file")

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from spectral_core.checks import path_of
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import open_regular
 from spectral_core.volume.files.payload import BROKEN_STREAM
@@ -99,7 +100,7 @@ def detect_format(path: str | Path) -> VolumeFormat:
     The first bytes have precedence over the name, since files are renamed; the name of a format with a signature over
     other bytes is an error, which shows these bytes.
     """
-    path = Path(path)
+    path = path_of(path)
     if path.is_dir():
         return by_name("tiff")
     head, is_packed = _head(path)

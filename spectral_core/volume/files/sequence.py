@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from spectral_core.checks import path_of
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files.payload import EmptyGridError
@@ -125,7 +126,7 @@ def sequence_of(
     Other characters of the name have no meaning here, those of patterns included. A number without a leading zero may
     belong to numbers of one width (0999, 1000) or to plain ones (9, 10): the one with more frames is taken.
     """
-    path = Path(path)
+    path = path_of(path)
     numbers = list(re.finditer(r"\d+", path.name.removesuffix(".gz").rsplit(".", 1)[0]))
     if not numbers:
         return None

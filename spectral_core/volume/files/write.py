@@ -6,7 +6,7 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from spectral_core.checks import require_kind
+from spectral_core.checks import path_of, require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.files.whole import whole_file
 from spectral_core.volume.field import ScalarVolume
@@ -20,7 +20,7 @@ def write_volume(volume: ScalarVolume, path: str | Path) -> Path:
     not exist, FileWriteError if the disk is full.
     """
     require_kind("the volume", volume, ScalarVolume, "volume.files.read_volume(PATH)")
-    path = Path(path)
+    path = path_of(path)
     chosen = by_extension(path)
     if chosen is None or not chosen.writes or path.suffix == ".nhdr":
         endings = [entry.extensions[0] for entry in FORMATS if entry.writes]

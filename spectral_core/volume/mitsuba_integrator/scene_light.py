@@ -145,7 +145,9 @@ def surface_light(
     def going(ray: Any, throughput: Any, light: Any, depth: Any, active: Any, *_: Any) -> Any:
         return active
 
-    def bounce(ray: Any, throughput: Any, light: Any, depth: Any, active: Any, there: Any, known: Any, pdf: Any, sampler: Any) -> Any:  # fmt: skip  # noqa: E501
+    def bounce(
+        ray: Any, throughput: Any, light: Any, depth: Any, active: Any, there: Any, known: Any, pdf: Any, sampler: Any
+    ) -> Any:
         hit = scene.ray_intersect(ray, mi.RayFlags.All, depth == 0, active)
         line = WorldRay(ray.o, ray.d, dr.select((depth > 0) & active, dr.minimum(hit.t, 1e30), 0.0))
         throughput = throughput * transmittance(volumes, line)

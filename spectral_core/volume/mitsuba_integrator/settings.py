@@ -7,7 +7,7 @@ name (``file``) or as Mitsuba's own grid volumes (``volume``).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -121,8 +121,6 @@ def require_known(props: Any, nested: tuple[type, ...]) -> None:
     nested
         Types of nested objects, which may have any name.
     """
-    from dataclasses import fields
-
     known = [*(field.name for field in fields(VolumeSettings)), "handles", *_PREFIXES]
     names = [key for key in props.keys() if not isinstance(props[key], nested)]  # noqa: SIM118 (no mapping)
     grids = {key[len("volume") :] for key in props.keys() if key.startswith("volume")}  # noqa: SIM118
@@ -139,8 +137,6 @@ def require_known(props: Any, nested: tuple[type, ...]) -> None:
 
 def read_settings(props: Any) -> VolumeSettings:
     """The plain settings among a plugin's properties."""
-    from dataclasses import fields
-
     return VolumeSettings(**{field.name: props.get(field.name, field.default) for field in fields(VolumeSettings)})
 
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,8 +45,6 @@ class PaletteNode:
         return cls(text, str(palette.parent.resolve()), paths, print_)
 
     def __call__(self, parameters: Mapping[str, Value], seed: int) -> Outcome:
-        import json
-
         from spectral_core.palette import solve_palette
         from spectral_core.palette.files.document import problem_of
 

@@ -84,9 +84,8 @@ def write(volume: ScalarVolume, path: Path) -> None:
     grid.copyFromArray(data)
     grid.name = DENSITY_GRID
     grid.gridClass = openvdb.GridClass.FOG_VOLUME
-    grid.transform = openvdb.createLinearTransform(
-        volume.world_from_index.T.tolist()
-    )  # row vectors, as everywhere in OpenVDB
+    # Transposed: OpenVDB multiplies row vectors by matrices.
+    grid.transform = openvdb.createLinearTransform(volume.world_from_index.T.tolist())
     for key, text in texts.items():
         grid[key] = text
     openvdb.write(str(path), grids=[grid])
