@@ -203,12 +203,11 @@ def _draw_decision(box: UILayout, context: Context, line: PropertyGroup) -> None
 
 def _figures(line: PropertyGroup) -> str:
     """Error of omitting an effect, and its share of the time, which one that is left out does not take."""
-    share = f"{100 * line.time_share:.0f} % of the time"
-    takes = f"it would take {share}" if line.value in LEFT_OUT else f"it takes {share}"
+    is_left_out, share = line.value in LEFT_OUT, f"{100 * line.time_share:.0f} % of the time"
     if "ΔE" in line.cost:  # said above
-        return f"{takes[:1].upper()}{takes[1:]}."
-    error = "error not known" if line.error < 0 else f"ΔE {line.error:.2g} without it ({line.how})"
-    return f"{error[:1].upper()}{error[1:]}{f'; {takes}' if line.value in LEFT_OUT else f', {share}'}."
+        return f"It would take {share}." if is_left_out else f"It takes {share}."
+    error = "Error not known" if line.error < 0 else f"ΔE {line.error:.2g} without it ({line.how})"
+    return f"{error}; it would take {share}." if is_left_out else f"{error}, {share}."
 
 
 class _PassesPanel(_RenderPanel):
