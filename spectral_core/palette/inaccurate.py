@@ -6,7 +6,7 @@ Texts name the cells, the numbers that were given, those that were expected, and
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -109,13 +109,28 @@ def only_black(problem: PaletteProblem, solved: tuple[Assembled, Answer] | None,
     cells = forced_black(assembled.quadratic)
     if not cells:
         return ""
-    names = [cell_name(problem, cell) for cell in cells[:MOST_NAMES]]
-    more = f" and {len(cells) - MOST_NAMES} more" if len(cells) > MOST_NAMES else ""
+    sets = [
+        first_of([cell_name(problem, cell) for cell in own], len(own), MOST_NAMES) for own in _apart(problem, cells)
+    ]
+    more = f"; and {len(sets) - MOST_NAMES} more sets" if len(sets) > MOST_NAMES else ""
+    apart = f"; so can, apart from these, {'; '.join(sets[1:MOST_NAMES])}{more}" if len(sets) > 1 else ""
+    which = "one of each of these sets" if len(sets) > 1 else "one of them"
     return (
-        f"Together with the other exact cells, {', '.join(names)}{more} can be exact only in black. The closest "
-        f"compromise is shown, which misses exact cells by {worst:.1g} in linear RGB. Make one of them not exact, or "
-        "choose another light."
+        f"Together with the other exact cells, {sets[0]} can be exact only in black{apart}. The closest compromise is "
+        f"shown, which misses exact cells by {worst:.1g} in linear RGB. Make {which} not exact, or choose another "
+        "light."
     )
+
+
+def _apart(problem: PaletteProblem, cells: Sequence[CellIndex]) -> list[list[CellIndex]]:
+    """Cells in sets that no exact cell connects, by its material and those that it refers to."""
+    asking = [((i, j), cell) for i, row in enumerate(problem.cells) for j, cell in enumerate(row) if cell.exact]
+    sets: list[set[int]] = []
+    for rows in [{row for row, _ in (at, *cell.others)} for at, cell in asking] + [{row} for row, _ in cells]:
+        joined = rows.union(*(each for each in sets if each & rows))
+        sets = [*(each for each in sets if not each & rows), joined]
+    found = [[cell for cell in cells if cell[0] in rows] for rows in sets]
+    return sorted((own for own in found if own), key=lambda own: cells.index(own[0]))
 
 
 def unlit(problem: PaletteProblem, state: PaletteState) -> list[str]:

@@ -18,8 +18,8 @@ from spectral_core.errors import InvalidInputError, counted
 from spectral_core.palette.assemble.equations import Dyed, ExactCells
 from spectral_core.palette.assemble.tangents import tangents_at
 from spectral_core.palette.cell import Cell, CellMode
+from spectral_core.palette.explain.inward import inward
 from spectral_core.palette.given import CellIndex, cell_index_of, sequence_of
-from spectral_core.palette.inward import inward
 from spectral_core.palette.paint.fluorescence import dyed_colors
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.reachable import CellReach, NearestColor

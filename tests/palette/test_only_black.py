@@ -37,6 +37,19 @@ def test_the_remedy_says_that_only_black_is_exact() -> None:
     assert solution.delta_e_2000[0, 1] < 0.1
 
 
+def test_materials_that_share_no_exact_cell_are_named_apart() -> None:
+    """They were one list, of which one cell should be made not exact; then the others still held in black alone."""
+    row = (Cell.fixed((0.3, 0.2, 0.0)), Cell.constant((0, 0), exact=True))
+    other = (Cell.fixed((0.2, 0.2, 0.0)), Cell.constant((1, 0), exact=True))
+    problem = replace(constant_under("HP1", "D65"), cells=(row, other))
+    remedy = solve_palette(problem).remedy
+    assert "“a” under “HP1”, “a” under “D65” can be exact only in black; so can, apart from these, “b” under" in remedy
+    assert "Make one of each of these sets not exact" in remedy
+    loose = Cell.constant((0, 0)), Cell.constant((1, 0))
+    assert not solve_palette(problem.with_cell((0, 1), loose[0]), explain=False).status.usable
+    assert solve_palette(problem.with_cells({(0, 1): loose[0], (1, 1): loose[1]}), explain=False).status.usable
+
+
 def test_other_conflicts_are_no_matter_of_black() -> None:
     problem = constant_under("HP1", "D65").with_cell((0, 0), Cell.fixed((0.3, 0.2, 0.0), exact=True))
     solution = solve_palette(problem)
