@@ -30,13 +30,16 @@ Array = NDArray[Any]
 
 AS_MEDIA = (
     "sampled volumes among other media are rendered as media: their transfer functions are applied at samples of a "
-    "grid, and materials that reflect light scatter it evenly, without shading by the gradient"
+    "grid, they shadow and light what is around them, and materials that reflect light scatter it evenly, without "
+    "shading by the gradient"
 )
 TOO_THIN = 1e-3
 """Bound of the ΔE2000 of media that are left out, so that volumes keep their shading."""
 THIN = "media too thin to matter (ΔE {:.1g} at most) are left out, so that sampled volumes keep their shading"
-FINER, MOST_SAMPLES = 2, 1 << 22
-"""Samples of the grid along a voxel, and the number of samples above which there is one."""
+FINER, MOST_SAMPLES = (3, 2), 1 << 22
+"""Samples of the grid along a voxel, the first number of which there are no more than so many; else one. An odd number
+has samples at the voxels' centers, where the field has its peaks and kinks.
+"""
 
 
 def with_volumes(scene: Scene, plan: EffectPlan) -> tuple[Scene, EffectPlan, tuple[Note, ...]]:
@@ -116,7 +119,7 @@ def _object(volume: VolumeObject, name: str, group: str, *, spectral: bool) -> t
 def _finer(volume: VolumeObject, entries: int) -> tuple[Array, Array]:
     """Values on the finer grid, linear between voxels, and its matrix; ``entries``: of a coefficient per sample."""
     data = np.asarray(volume.data, dtype=np.float32)
-    times = FINER if data.size * FINER**3 * entries <= 3 * MOST_SAMPLES else 1
+    times = next((times for times in FINER if data.size * times**3 * entries <= 3 * MOST_SAMPLES), 1)
     matrix = volume.world_from_index.copy()
     if times == 1:
         return data, matrix

@@ -8,16 +8,23 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
+from benchmarks.render.cases.meshes import at, box, square
 from spectral_core.render.still import render_scene
 from spectral_core.scene import (
+    AddSurface,
     AreaLight,
     Camera,
+    Emission,
     Film,
+    Instance,
+    Material,
     Passes,
     PointLight,
     RenderSettings,
+    ScatteringMedium,
     Scene,
     SunLight,
+    Transparent,
     World,
     gray,
 )
@@ -63,3 +70,25 @@ def test_the_pass_of_the_environment_holds_what_the_picture_leaves_out():
     made = _film((), world=World(gray(0.3)), passes=Passes(("Environment",)))
     assert np.all(made.pixels == 0.0)
     np.testing.assert_allclose(made.passes["Environment"], 0.3, rtol=1e-3)
+
+
+def test_what_emits_light_and_covers_nothing_is_seen():
+    """Flames without smoke, and Emission added to Transparent, were black; Cycles shows them with alpha 0."""
+    flame = ScatteringMedium(0.0, gray(0.0), emission_color=gray(1.0), emission_strength=0.5)
+    materials = Material("flame", None, medium=flame), Material("glow", AddSurface(Transparent(), Emission(gray(0.3))))
+    instances = (
+        Instance("flame", "box", at(-1, 0, -4, 0.9), ("flame",)),
+        Instance("glow", "square", at(1, 0, -4, 0.9), ("glow",)),
+    )
+    scene = Scene(
+        camera=Camera(world_from_camera=np.eye(4), kind="orthographic", orthographic_scale=4.0),
+        film=Film(2, 1, samples=16, transparent=True, filter_kind="box", filter_width=0.01),
+        meshes=(square(), box()),
+        materials=materials,
+        instances=instances,
+        settings=RenderSettings(transport="rgb"),
+    )
+    thickness = 0.9 * float(np.ptp(box().positions[:, 2]))
+    left, right = render_scene(scene).pixels[0]
+    np.testing.assert_allclose(left, [0.5 * thickness] * 3 + [0.0], rtol=0.01, atol=1e-6)
+    np.testing.assert_allclose(right, [0.3] * 3 + [0.0], rtol=0.01, atol=1e-6)

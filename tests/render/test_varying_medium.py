@@ -192,3 +192,17 @@ def test_a_bad_grid_is_refused(values):
 def test_a_grid_above_one_is_refused():
     with pytest.raises(InvalidInputError, match="put their scale into its density"):
         ScatteringMedium(grid=grid_of((2, 2, 2), scattering=np.full((2, 2, 2), 1.5)))
+
+
+def test_a_lamp_within_a_varying_medium_is_dimmed_up_to_itself_alone():
+    """It was dimmed up to the next surface behind it, and lost with the paths that scatter there."""
+    density = layers()
+    filled = grid_of((1, 1, 40), scattering=density.reshape(1, 1, -1), absorption=density.reshape(1, 1, -1))
+    ball = PointLight(
+        name="ball", world_from_light=np.eye(4), power_w=30.0, radius=0.4, soft_falloff=False, camera_visible=True
+    )
+    made = render_scene(column(ScatteringMedium(1.5, gray(0.0), grid=filled), lamps=(ball,), samples=256))
+    z = np.linspace(0.4, 1.0, 2001)
+    before = np.exp(-1.5 * 0.6 * profile(density, z).mean())
+    lamp = 30.0 / (4 * np.pi**2 * 0.4**2) * before
+    np.testing.assert_allclose(made.pixels[..., :3].mean(), lamp, rtol=0.02)

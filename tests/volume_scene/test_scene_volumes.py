@@ -220,6 +220,18 @@ def test_the_box_of_a_volume_among_media_is_larger_than_its_voxels():
     np.testing.assert_allclose(corners[:3].T, [(-0.6,) * 3, (3.6,) * 3], atol=1e-9)
 
 
+def test_samples_of_a_volume_among_media_have_its_peaks():
+    """A grid twice as fine as the voxels had no samples at their centers, and cut a peak of one voxel to 0.42."""
+    from spectral_core.render.volumes_as_media import volumes_as_media
+
+    peak = np.zeros((5, 5, 5), np.float32)
+    peak[2, 2, 2] = 1.0
+    ramp = TransferFunction((Material("m", [0.0, 1.0], [0.0, 2.0], COLOR, lit=False),))
+    (item,) = volumes_as_media(scene(replace(slab(ramp), data=peak))).materials
+    assert item.medium.emission_strength == pytest.approx(2.0 * COLOR.max(), rel=1e-6)
+    assert item.medium.grid.shape == (15, 15, 15)
+
+
 def test_each_volume_has_the_step_rule_that_it_states():
     import mitsuba as mi
 

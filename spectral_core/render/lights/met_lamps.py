@@ -33,13 +33,13 @@ def pattern_factor(lights: Any, source: Any, spot: tuple[Any, Any], by: tuple[An
 def met_body(lights: Any, item: Any, met_by: tuple[Any, Receiver, Any, Rule, Any], active: Any) -> Any:
     """Light of a lamp with an extent that a ray may meet.
 
-    ``met_by``: length of the ray, the place that it comes from, its path, the rule of weights, and the extinction of
-    the medium on its way, None for none.
+    ``met_by``: length of the ray, the place that it comes from, its path, the rule of weights, and the transmittance of
+    media on its way, a function of the distance and a mask; None for none.
     """
     import drjit as dr
     import mitsuba as mi
 
-    length, to, path, rule, extinction = met_by
+    length, to, path, rule, clear = met_by
     source = dr.gather(mi.UInt32, lights.sources, item, active)
     active = lights.seen(source, path, active)
     ray = path.ray.o, path.ray.d, length
@@ -71,8 +71,8 @@ def met_body(lights: Any, item: Any, met_by: tuple[Any, Receiver, Any, Rule, Any
     light = lights.emission.of(source, path.ray.wavelengths, met) * amount
     spot = (to.place, path.ray.d, far), normal
     light = light * pattern_factor(lights, source, spot, (path.ray, mi.Float(path.depth)), met)
-    if extinction is not None:
-        light = light * dr.exp(-extinction * way)
+    if clear is not None:
+        light = light * clear(way, met)
     return dr.select(met, light * rule(source + 1, pdf, met), 0.0)
 
 

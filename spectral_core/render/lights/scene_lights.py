@@ -183,8 +183,8 @@ class SceneLights:
         may_meet = self._may_meet(path, active)
         if self.emissive is not None:
             total.emissive = self._met_emissive(si, to, path, rule, tables, active & si.is_valid())
-        # in homogeneous fog ``met_in_fog`` counts them
-        in_fog = mi.Bool(False) if tables.media is None else tables.media.is_even((path.medium, path.outer), active)
+        # in media ``met_in_fog`` counts them
+        in_fog = mi.Bool(False) if tables.media is None else path.medium != 0
         total.lamps += self._met_bodies(si, path, rule, to, may_meet & ~in_fog)
         missed = active & ~si.is_valid() & shows_world
         if self.suns is not None and self.suns.have_size:
@@ -200,22 +200,24 @@ class SceneLights:
             total.world = shown * rule(source + 1, pdf, missed)
         return total
 
-    def met_in_fog(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, extinction: Any) -> Any:
-        """Light of lamps with an extent on a ray's way through a medium, attenuated up to each lamp."""
+    def met_in_fog(self, si: Any, path: Any, rule: Rule, tables: Any, active: Any, clear: Any) -> Any:
+        """Light of lamps with an extent on a ray's way through media, attenuated up to each lamp by ``clear``, a
+        function of the distance and a mask.
+        """
         to = receiver_of(path, tables)
-        return self._met_bodies(si, path, rule, to, self._may_meet(path, active), extinction)
+        return self._met_bodies(si, path, rule, to, self._may_meet(path, active), clear)
 
     def _may_meet(self, path: Any, active: Any) -> Any:
         return active & (self._mi.Bool(True) if self.any_visible else path.depth > 0)
 
-    def _met_bodies(self, si: Any, path: Any, rule: Rule, to: Receiver, active: Any, extinction: Any = None) -> Any:
+    def _met_bodies(self, si: Any, path: Any, rule: Rule, to: Receiver, active: Any, clear: Any = None) -> Any:
         """Light of the lamps with an extent that a ray meets before its hit."""
         import drjit as dr
 
         if self.bodies is None:
             return self._mi.Spectrum(0.0)
         length = dr.minimum(si.t, path.ray.maxt)
-        met = (length, to, path, rule, extinction)
+        met = (length, to, path, rule, clear)
         return self.bodies.each(path.ray, length, active, lambda item, on: met_body(self, item, met, on))
 
     def seen(self, source: Any, path: Any, active: Any) -> Any:

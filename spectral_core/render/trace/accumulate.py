@@ -193,18 +193,19 @@ class Accumulator:
         transport), its coverage of the pixel, and True if it was a finite number.
         """
         mi, dr, looks = self._mi, self._dr, ray.maxt > 0.0
-        passed, behind = mi.Spectrum(0.0), mi.Spectrum(0.0)
+        passed, behind, sees = mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Bool(False)
         sampled = getattr(integrator, "sampled", None)
         if sampled is not None:
             sampled.begin(sampler)
         if first_hit.looks_through:
-            passed, behind = first_hit.straight_through(ray, sampled)
+            passed, behind, sees = first_hit.straight_through(ray, sampled)
         later = None
-        # where nothing covers the picture, there may still be a lamp that the camera sees, a volume that emits light
-        # and absorbs none, or a pass of the environment
-        shows = first_hit.shows_lamps or sampled is not None
+        # where nothing covers the picture, there may still be a lamp that the camera sees, a surface, a volume or a
+        # medium that emits light and takes none, or a pass of the environment
+        fills = None if first_hit.rules is None else first_hit.rules.media
+        shows = first_hit.shows_lamps or sampled is not None or (fills is not None and fills.emits)
         meets = shows or getattr(integrator, "sums", None) is not None
-        seen = mi.Bool(True) if meets else dr.min(passed) < 1.0
+        seen = mi.Bool(True) if meets else sees | (dr.min(passed) < 1.0)
         if self._sees_partly:  # outside a fisheye's circle the picture and its passes are empty
             seen &= looks
         radiance, _, extra = integrator.sample(first_hit.scene, sampler, ray, None, seen)

@@ -49,9 +49,9 @@ class FirstHit:
         """True if a pixel may be covered in part."""
         return self.transparent or (self.rules is not None and self.rules.cuts_holes)
 
-    def straight_through(self, ray: Any, sampled: Any = None) -> tuple[Any, Any]:
-        """Share of the pixel that nothing covers straight along ``ray``, per wavelength, and the light that is visible
-        there.
+    def straight_through(self, ray: Any, sampled: Any = None) -> tuple[Any, Any, Any]:
+        """Share of the pixel that nothing covers straight along ``ray``, per wavelength, the light that is visible
+        there, and True if the camera sees a surface that lets light pass, even one that covers nothing.
 
         ``sampled``: the ``SampledVolumes`` between surfaces. A holdout covers nothing and emits nothing. If the film is
         not transparent, the environment covers.
@@ -81,7 +81,9 @@ class FirstHit:
                 piece.o = origin
                 passed = dr.select(walking, passed * flights.clear(fills, fog, way, piece, walking), passed)
                 fog = fills.crossed(fog, self.rules.shape_number(si), si, (ray.d, ray.d), met & ~unseen)
-            layers, straight = counts
+            layers, straight, sees = counts
+            # it may emit light; a holdout emits none
+            sees |= met & ~unseen & ~is_hole & (dr.max(clear) > 0.0)
             onward = met & (dr.max(passed) > 0.0) & (layers + 1 < MOST_LAYERS)
             if self.layers is not None and self.rules is not None:
                 # as many as the path itself counts: beyond them it ends before the environment, which is subtracted
@@ -92,24 +94,32 @@ class FirstHit:
             # a walk that ends at the limit has not reached the environment
             passed = dr.select(met & ~onward, 0.0, passed)
             origin = dr.select(onward, si.spawn_ray(ray.d).o, origin)
-            return origin, dr.select(onward, length - si.t, length), passed, hole, fog, (layers + 1, straight), onward
+            return (
+                origin,
+                dr.select(onward, length - si.t, length),
+                passed,
+                hole,
+                fog,
+                (layers + 1, straight, sees),
+                onward,
+            )
 
         fog = mi.UInt32(0), mi.UInt32(0)
         if fills is not None:
             fog = mi.UInt32(fills.camera[0]), mi.UInt32(fills.camera[1])
         clear, hidden = mi.Spectrum(1.0), mi.Spectrum(0.0)
-        counts = mi.UInt32(0), mi.UInt32(0)
+        counts = mi.UInt32(0), mi.UInt32(0), mi.Bool(False)
         start = (mi.Point3f(ray.o), mi.Float(ray.maxt), clear, hidden, fog, counts, mi.Bool(True))
-        _, _, passed, hole, _, _, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _f, _n, walking: walking, body)
+        _, _, passed, hole, _, counts, _ = dr.while_loop(start, lambda _o, _l, _p, _h, _f, _n, walking: walking, body)
         if not self.transparent:
-            return hole, mi.Spectrum(0.0)
+            return hole, mi.Spectrum(0.0), counts[2]
         environment = self.background
         if environment is None:
-            return passed + hole, mi.Spectrum(0.0)
+            return passed + hole, mi.Spectrum(0.0), counts[2]
         miss = dr.zeros(mi.SurfaceInteraction3f)
         miss.wi, miss.wavelengths, miss.t = -ray.d, ray.wavelengths, mi.Float(dr.inf)
         miss.dn_dv = camera_marks(mi)
-        return passed + hole, passed * environment.eval(miss)
+        return passed + hole, passed * environment.eval(miss), counts[2]
 
     def intersect(self, ray: Any, active: Any) -> Any:
         """The nearest hit of a ray."""

@@ -206,8 +206,8 @@ def scene_path_class(variant: str) -> Any:
             if self.lights.bodies is None:
                 return mi.Spectrum(0.0)
             flight, share = self.flight, self.share_of(path, of)
-            found = self.lights.met_in_fog(si, path, share, self.tables, active & flight.even, flight.extinction)
-            return flight.carried * found
+            clear = in_media.clear_along(self.tables.media, flight, path)
+            return flight.carried * self.lights.met_in_fog(si, path, share, self.tables, active & flight.inside, clear)
 
         def arrived(self, si: Any, path: Any, active: Any, of: Any = None) -> Any:
             """Light that a ray hits: of lamps, an emissive surface or the environment, weighted against sampling.

@@ -41,11 +41,6 @@ class Flight:
     ends: Any = True
     varies: Any = False
 
-    @property
-    def even(self) -> Any:
-        """True where no medium varies."""
-        return self.inside & ~self.varies
-
 
 def fly(media: Media, path: Any, reach: Any, sampler: Any, active: Any) -> Flight:
     """Flight of a path's ray to its hit at a distance ``reach``."""

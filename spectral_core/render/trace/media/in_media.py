@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from spectral_core.render.lights.choice import Chosen, Receiver
@@ -38,6 +39,15 @@ def fly(media: Media, of: tuple[Any, Any], sampler: Any, active: Any) -> tuple[F
     place.n = dr.select(flight.scatters, mi.Normal3f(0.0), si.n)
     place.t = dr.select(flight.scatters, flight.distance, si.t)
     return flight, place
+
+
+def clear_along(media: Media, flight: Flight, path: Any) -> Callable[[Any, Any], Any]:
+    """Transmittance from the start of a path's segment up to a distance, where a mask is True."""
+    import drjit as dr
+
+    if media.grids is None:
+        return lambda distance, _: dr.exp(-flight.extinction * distance)
+    return lambda distance, on: flights.clear(media, (path.medium, path.outer), distance, path.ray, on)
 
 
 def stretch_of(flight: Flight, ray: Any) -> Stretch:

@@ -139,13 +139,6 @@ class Media:
         """True for a medium that varies."""
         return self._mi.Bool(False) if self.grids is None else self.grids.has(medium, active)
 
-    def is_even(self, media: tuple[Any, Any], active: Any) -> Any:
-        """True in media of which none varies."""
-        found = self._mi.Bool(media[0] != 0)
-        for number in self.present(media):
-            found &= ~self.varies(number, active)
-        return found
-
     def tints(self, wavelengths: Any, active: Any) -> Any:
         """``Tints`` at wavelengths; None if no grid has colors."""
         if self.grids is None:
