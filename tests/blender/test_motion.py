@@ -10,6 +10,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from spectral_core.scene import Rays  # noqa: E402
+
 
 @pytest.fixture
 def moments(build):
@@ -141,6 +143,30 @@ def test_what_is_hidden_at_first_stays_there_as_in_the_middle(build, moments):
     expected = np.maximum(1.0, 0.5 + (np.arange(count) + 0.5) / count)
     np.testing.assert_allclose(places(scene, "Plane"), expected, atol=1e-6)
     assert [note.subject for note in scene.notes if "all the time" in note.message] == ["Plane"]
+
+
+def test_objects_and_lamps_are_those_of_the_middle_of_the_time(build, moments):
+    """As in Cycles: their settings, and whether they are there; materials are those of the frame."""
+    things = [build.plane(material=build.material()) for _ in range(3)]
+    for thing, name in zip(things, ("Changing", "Early", "Late"), strict=True):
+        thing.name = thing.data.materials[0].name = name
+    changing, early, late = things
+    lamps = build.light("POINT"), build.light("SPOT")
+    for thing, hidden in ((early, False), (lamps[0], False), (late, True), (lamps[1], True)):
+        for frame, value in ((1, hidden), (2, not hidden)):
+            thing.hide_viewport = value
+            thing.keyframe_insert("hide_viewport", frame=frame)
+    for frame, share in ((1, 0.0), (2, 1.0)):
+        changing.color, changing.visible_glossy = (share, 0, 0, 1), not share
+        for name in ("color", "visible_glossy"):
+            changing.keyframe_insert(name, frame=frame)
+    fly(changing)
+    bpy.context.scene.render.motion_blur_position, bpy.context.scene.render.motion_blur_shutter = "START", 2.0
+    scene = moments()
+    shown = {item.name: item for item in scene.instances}
+    assert list(shown) == ["Changing", "Late"] and shown["Late"].materials == ("Late",)
+    assert shown["Changing"].color[0] == pytest.approx(1.0) and shown["Changing"].hidden_from == Rays.GLOSSY
+    assert [type(light).__name__ for light in scene.lights] == ["SpotLight"]
 
 
 def test_a_moving_camera_and_a_fixed_lamp(build, moments):

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from spectral_core.scene import Instance, Scene
+from spectral_core.scene import Instance, Material, Mesh, Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,3 +85,34 @@ def shown_in_the_middle(scene: Scene, placed: list[dict[str, Instance]], of_part
     if not born and len(kept) == len(scene.instances):
         return scene
     return replace(scene, instances=(*kept, *born))
+
+
+def as_in_the_middle(
+    scene: Scene,
+    placed: Mapping[str, Instance],
+    shapes: Mapping[str, Mesh],
+    materials: Mapping[str, Material],
+    of_particles: frozenset[str],
+) -> Scene:
+    """The scene with the objects that are there in the middle of the shutter's open time, and the settings that they
+    have then, as in Cycles: visibility, colors, attributes. Materials that the frame has are those of the frame.
+
+    ``placed``, ``shapes``, ``materials``: the instances, meshes and materials of the middle by their names. Of the
+    particles those stay that the scene has.
+    """
+    there = {item.name for item in scene.instances}
+    kept = [
+        replace(placed[item.name], mesh=item.mesh, materials=item.materials, world_from_object=item.world_from_object)
+        for item in scene.instances
+        if item.name in placed
+    ]
+    born = [item for name, item in placed.items() if name not in there | of_particles]
+    known, painted = {mesh.name for mesh in scene.meshes}, {material.name for material in scene.materials}
+    meshes = {item.mesh: shapes[item.mesh] for item in born if item.mesh not in known}
+    paints = {name: materials[name] for item in born for name in item.materials if name not in painted}
+    return replace(
+        scene,
+        instances=(*kept, *born),
+        meshes=(*scene.meshes, *meshes.values()),
+        materials=(*scene.materials, *paints.values()),
+    )

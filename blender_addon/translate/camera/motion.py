@@ -15,7 +15,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene import Camera, Instance, Light, Mesh, Moment, Note, Scene
+from spectral_core.scene import Camera, Instance, Light, Material, Mesh, Moment, Note, Scene
 from spectral_core.scene.motion import same_camera, same_mesh
 
 from ..context import Translation, stated, whole
@@ -24,7 +24,7 @@ from ..objects import collect
 from ..visibility import cycles_settings
 from . import translate_camera
 from .between import between
-from .identities import Named, Owners, owners_of, shown_in_the_middle
+from .identities import Named, Owners, as_in_the_middle, owners_of, shown_in_the_middle
 
 FEWEST, MOST = 8, 32
 """Least and largest number of instants of a picture with motion."""
@@ -44,6 +44,7 @@ class _Key:
     placed: dict[str, Instance]
     shapes: dict[str, Mesh]
     lights: dict[str, Light]
+    materials: dict[str, Material]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,17 +83,19 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
                     frame_set(int(np.floor(time)), float(time - np.floor(time)))
                     keys[place], steps = _key(depsgraph, camera, parts, named)
             middle = keys[most // 2]
-            scene = shown_in_the_middle(scene, [keys[k].placed for k in sorted(keys)], named.of_particles())
+            particles = named.of_particles()
+            scene = shown_in_the_middle(scene, [keys[k].placed for k in sorted(keys)], particles)
+            scene = as_in_the_middle(scene, middle.placed, middle.shapes, middle.materials, particles)
             shown = {place: _flown(keys[place], middle, open_s * (place / most - 0.5)) for place in keys}
             if not any(_moves(scene, key, steps) for key in shown.values()):
-                return _in_the_middle(scene, middle)
+                return _in_the_middle(scene, list(keys.values()), middle)
     finally:
         frame_set(frame, subframe)
     count = int(np.clip(scene.film.samples // SAMPLES_PER_MOMENT, FEWEST, MOST))
     ordered = [shown[place] for place in range(most + 1)]
     ordered, notes = _completed(scene, ordered)
     moments = tuple(_moment(scene, ordered, steps, float(time)) for time in instants(render, count))
-    lights = _lights(scene, ordered[most // 2])
+    lights = _lights(scene, list(keys.values()), keys[most // 2])
     return replace(scene, moments=moments, lights=lights, notes=(*scene.notes, *notes))
 
 
@@ -102,15 +105,17 @@ def _flown(key: _Key, middle: _Key, seconds: float) -> _Key:
     return replace(key, shapes=key.shapes | shapes)
 
 
-def _in_the_middle(scene: Scene, middle: _Key) -> Scene:
+def _in_the_middle(scene: Scene, keys: list[_Key], middle: _Key) -> Scene:
     """A scene in which nothing is blurred: it is shown in the middle of the shutter's open time, as in Cycles."""
     moment = _moment(scene, _completed(scene, [middle] * 3)[0], _Steps(0, {}, {}), 0.5)
-    return replace(scene.at(moment), lights=_lights(scene, middle))
+    return replace(scene.at(moment), lights=_lights(scene, keys, middle))
 
 
-def _lights(scene: Scene, middle: _Key) -> tuple[Light, ...]:
-    """The lamps where they stand in the middle of the shutter's open time; the suns of skies stay."""
-    return tuple(middle.lights.get(light.name, light) for light in scene.lights)
+def _lights(scene: Scene, keys: list[_Key], middle: _Key) -> tuple[Light, ...]:
+    """The lamps as they are in the middle of the shutter's open time; the suns of skies, which no instant has, stay."""
+    lamps = {name for key in keys for name in key.lights}
+    suns = [light for light in scene.lights if light.name not in lamps]
+    return (*middle.lights.values(), *suns)
 
 
 def instants(render: Any, count: int) -> NDArray[np.float64]:
@@ -178,6 +183,7 @@ def _key(depsgraph: Any, camera: Any, parts: dict[Owners, tuple[int, int]], name
         placed,
         {mesh.name: mesh for mesh in found.meshes.values() if mesh is not None},
         {light.name: light for light in found.lights},
+        {material.name: material for material in found.materials},
     )
     meshes = {item.mesh: deforming for item, (_, deforming) in own}  # the last instance decides, as in Cycles
     moving = parts.get((chosen.original.session_uid, 0), (2, 2))[0] if chosen is not None else 0

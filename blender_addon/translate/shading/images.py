@@ -21,6 +21,7 @@ from ..questions import state_of_file
 from .image_files import frame_image, frame_of, tile_image, tiles_of
 from .image_files.alpha import file_bytes, is_from_file, is_gray_file, multiplied, multiplied_floats
 from .image_files.color_spaces import VIDEO_SPACES, VIDEO_WHITE, as_in_file, holds_numbers, is_linear, scene_linear
+from .image_files.layered import colors_of_layer, first_layer, is_layered
 from .tree import Output, is_read, wanted_aovs
 
 Array = NDArray[Any]
@@ -189,7 +190,9 @@ def moving(images: Iterable[Any]) -> set[int]:
 def _read(translation: Translation, image: Any, channel: str, alpha_is_read: bool) -> ImageTexture | None:
     width, height = image.size
     if width == 0 or height == 0 or len(image.pixels) == 0:
-        where = image.filepath or "no file"
+        where, layer = image.filepath or "no file", first_layer(image) if is_layered(image) else None
+        if layer is not None:
+            return _layer(translation, image, layer, channel, alpha_is_read)
         translation.note(image.name, f"the image could not be read ({where}); it is magenta, as in Cycles")
         return None
     note_changed(translation, image.name, image)
@@ -212,6 +215,15 @@ def _read(translation: Translation, image: Any, channel: str, alpha_is_read: boo
     coverage = pixels[..., 3:4] if multiplies else None
     read = _float_image if image.is_float else _byte_image
     return read(translation, image, colors, coverage, alpha_is_read)
+
+
+def _layer(translation: Translation, image: Any, layer: Array, channel: str, alpha_is_read: bool) -> ImageTexture:
+    """The first layer (height, width, 4) of a file of several, whose colors are multiplied by its alpha."""
+    layer = np.where(np.isfinite(layer), layer, np.float32(0))
+    if channel == "Alpha":
+        return ImageTexture(f"{image.name} (alpha)", np.ascontiguousarray(layer[..., 3:]), color_space="raw")
+    colors = _with_alpha(colors_of_layer(translation, image, layer), layer[..., 3:], alpha_is_read)
+    return ImageTexture(image.name, colors, color_space="raw" if holds_numbers(image) else "linear")
 
 
 def _levels(values: Array) -> Array:
