@@ -11,8 +11,8 @@ import pytest
 from spectral_core.errors import MissingDependencyError
 from spectral_core.render import plan_effects, plan_from_data
 from spectral_core.render.plan import effects
+from spectral_core.render.plan.light.shown import bodies_in_view, error_of_bodies
 from spectral_core.render.plan.pilot import CHANNELS, COUNTS, LEVELS, ROWS, TOTAL, Pilot
-from spectral_core.render.plan.shown import bodies_in_view, error_of_bodies
 from spectral_core.scene import (
     AreaLight,
     Camera,

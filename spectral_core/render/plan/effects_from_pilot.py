@@ -19,9 +19,9 @@ from spectral_core.render.plan.effects_from_data import THIN, Found, names
 from spectral_core.render.plan.inventory import is_sharp
 from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.light.reflections import is_linear
+from spectral_core.render.plan.light.shown import bodies_in_view, emission_in_view, error_of_bodies
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
-from spectral_core.render.plan.shown import bodies_in_view, emission_in_view, error_of_bodies
 from spectral_core.render.plan.spectral_bound import rgb_transport_error
 from spectral_core.scene import leaves
 

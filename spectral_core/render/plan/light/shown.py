@@ -42,7 +42,11 @@ LEAST = {"glossy": 1, "transmission": 2}
 
 
 def points_beside_surfaces(scene: Scene) -> Array:
-    """(n, 3) points of the lamps and sampled volumes that the camera sees: they may be out of focus, too."""
+    """(n, 3) points of the lamps and sampled volumes that the camera sees: they may be out of focus, too. None for a
+    closed aperture, which has no focus.
+    """
+    if scene.camera.aperture_radius <= 0:
+        return np.zeros((0, 3))
     eye = scene.camera.world_from_camera[:3, 3]
     found = [np.zeros((0, 3))]
     for light in scene.lights:
