@@ -3,7 +3,7 @@
 
 from spectral_core.scene.camera import Aperture, Camera, Film, Panorama
 from spectral_core.scene.fluorescent import Fluorescent
-from spectral_core.scene.geometry import Instance, MediumGrid, Mesh, VolumeObject
+from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.hair import (
     STRAND_AXIS,
     STRAND_PLACE,
@@ -35,6 +35,7 @@ from spectral_core.scene.lights import (
     SunLight,
     World,
 )
+from spectral_core.scene.medium_grid import MediumGrid
 from spectral_core.scene.motion import Moment
 from spectral_core.scene.paint import (
     FILM_THICKNESS_NM,

@@ -12,7 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
+from spectral_core.checks import (
+    as_array,
+    frozen_array,
+    read_only_when_copied,
+    require_declared,
+    require_finite,
+    require_kind,
+    require_range,
+)
 from spectral_core.errors import InvalidInputError, counted
 from spectral_core.scene.rays import Rays
 
@@ -30,7 +38,7 @@ class Attribute:
     values: NDArray[np.float32]
 
     def __post_init__(self) -> None:
-        values = np.ascontiguousarray(self.values, dtype=np.float32)
+        values = as_array(f"attribute {self.name!r} has values of", self.values, np.float32)
         if values.ndim != 2 or values.shape[1] != 3:
             raise InvalidInputError(f"attribute {self.name!r} has values of shape {values.shape}; expected (n, 3)")
         require_finite(f"attribute {self.name!r}", values)
@@ -61,6 +69,7 @@ class Mesh:
     def __post_init__(self) -> None:
         # asarray, not a copy: every frame passes a million triangles through here
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        require_declared(self)
         set_field("positions", _array(self, "positions", np.float32, 3))
         _require_whole_numbers(self, "triangles")
         set_field("triangles", _array(self, "triangles", np.uint32, 3))
@@ -69,6 +78,7 @@ class Mesh:
             if getattr(self, name) is not None:
                 set_field(name, _array(self, name, np.float32, width, vertex_count))
         for attribute in self.attributes:
+            require_kind(f"an attribute of mesh {self.name!r}", attribute, Attribute)
             if len(attribute.values) != vertex_count:
                 raise InvalidInputError(
                     f"mesh {self.name!r} has {vertex_count} vertices and its attribute {attribute.name!r} has "
@@ -173,7 +183,7 @@ def _require_whole_numbers(mesh: Mesh, name: str, most: int = 0xFFFFFFFF) -> Non
 
 
 def _array(mesh: Mesh, name: str, dtype: Any, width: int, length: int | None = None) -> NDArray[Any]:
-    array = np.ascontiguousarray(getattr(mesh, name), dtype=dtype)
+    array = as_array(f"mesh {mesh.name!r} has {name} of", getattr(mesh, name), dtype)
     if array.ndim != 2 or array.shape[1] != width or (length is not None and len(array) != length):
         expected = f"({'any' if length is None else length}, {width})"
         raise InvalidInputError(f"mesh {mesh.name!r} has {name} of shape {array.shape}; expected {expected}")
@@ -248,46 +258,6 @@ class VolumeObject:
             raise InvalidInputError(f"volume {self.name!r} has data of shape {shape}; expected (nx, ny, nz)")
         object.__setattr__(self, "world_from_index", affine(f"volume {self.name!r}", self.world_from_index))
         require_range(f"the quality of volume {self.name!r}", self.quality, 10.0, 90.0, " dB")
-
-
-@read_only_when_copied
-@dataclass(frozen=True, slots=True, eq=False)
-class MediumGrid:
-    """How a medium varies: linear between voxel centers, and nothing beyond half a voxel outside of the outermost.
-
-    ``scattering``, ``absorption``, ``emission``: None for a coefficient that does not vary; (nx, ny, nz), factors of at
-    least 0 on the medium's own coefficient; or (nx, ny, nz, 3), linear RGB that with the medium's density (of emission:
-    its strength) is the coefficient. ``world_from_index``: (4, 4), voxel centers to world space.
-    """
-
-    world_from_index: NDArray[np.float64]
-    scattering: NDArray[np.float32] | None = None
-    absorption: NDArray[np.float32] | None = None
-    emission: NDArray[np.float32] | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "world_from_index", affine("MediumGrid", self.world_from_index))
-        if abs(np.linalg.det(self.world_from_index[:3, :3])) == 0:
-            raise InvalidInputError("MediumGrid: its matrix is singular; expected voxels with a volume")
-        shapes = {values.shape[:3] for values in self.given}
-        if len(shapes) != 1 or 0 in next(iter(shapes)):
-            raise InvalidInputError(f"MediumGrid has values of sizes {sorted(shapes)}; expected one size, none of it 0")
-        for values in self.given:
-            if values.ndim not in (3, 4) or values.shape[3:] not in ((), (3,)):
-                raise InvalidInputError(f"MediumGrid has values of shape {values.shape}; expected (nx, ny, nz[, 3])")
-            if not np.isfinite(values).all() or values.min() < 0:
-                raise InvalidInputError("MediumGrid has values below 0 or not finite; expected finite values from 0")
-
-    @property
-    def given(self) -> tuple[NDArray[np.float32], ...]:
-        """The values that vary."""
-        return tuple(v for v in (self.scattering, self.absorption, self.emission) if v is not None)
-
-    @property
-    def shape(self) -> tuple[int, int, int]:
-        """Number of voxels along each axis."""
-        nx, ny, nz = self.given[0].shape[:3]
-        return nx, ny, nz
 
 
 def affine(name: str, matrix: Any) -> NDArray[np.float64]:

@@ -24,7 +24,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
-from spectral_core.scene.geometry import MediumGrid
+from spectral_core.scene.medium_grid import MediumGrid
 from tests.render.scenes import lit_plane, matrix, sphere_mesh
 
 pytest.importorskip("mitsuba")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.trace.media.grids import GridRow
-from spectral_core.scene.geometry import MediumGrid
+from spectral_core.scene.medium_grid import MediumGrid
 
 Array = NDArray[Any]
 

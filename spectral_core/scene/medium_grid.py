@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Grids by which media vary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from spectral_core.checks import read_only_when_copied
+from spectral_core.errors import InvalidInputError
+from spectral_core.scene.geometry import affine
+
+
+@read_only_when_copied
+@dataclass(frozen=True, slots=True, eq=False)
+class MediumGrid:
+    """How a medium varies: linear between voxel centers, and nothing beyond half a voxel outside of the outermost.
+
+    ``scattering``, ``absorption``, ``emission``: None for a coefficient that does not vary; (nx, ny, nz), factors of at
+    least 0 on the medium's own coefficient; or (nx, ny, nz, 3), linear RGB that with the medium's density (of emission:
+    its strength) is the coefficient. ``world_from_index``: (4, 4), voxel centers to world space.
+    """
+
+    world_from_index: NDArray[np.float64]
+    scattering: NDArray[np.float32] | None = None
+    absorption: NDArray[np.float32] | None = None
+    emission: NDArray[np.float32] | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "world_from_index", affine("MediumGrid", self.world_from_index))
+        if abs(np.linalg.det(self.world_from_index[:3, :3])) == 0:
+            raise InvalidInputError("MediumGrid: its matrix is singular; expected voxels with a volume")
+        shapes = {values.shape[:3] for values in self.given}
+        if len(shapes) != 1 or 0 in next(iter(shapes)):
+            raise InvalidInputError(f"MediumGrid has values of sizes {sorted(shapes)}; expected one size, none of it 0")
+        for values in self.given:
+            if values.ndim not in (3, 4) or values.shape[3:] not in ((), (3,)):
+                raise InvalidInputError(f"MediumGrid has values of shape {values.shape}; expected (nx, ny, nz[, 3])")
+            if not np.isfinite(values).all() or values.min() < 0:
+                raise InvalidInputError("MediumGrid has values below 0 or not finite; expected finite values from 0")
+
+    @property
+    def given(self) -> tuple[NDArray[np.float32], ...]:
+        """The values that vary."""
+        return tuple(v for v in (self.scattering, self.absorption, self.emission) if v is not None)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Number of voxels along each axis."""
+        nx, ny, nz = self.given[0].shape[:3]
+        return nx, ny, nz
