@@ -54,6 +54,14 @@ def real_numbers(name: str, values: ArrayLike, last: int | None = None) -> NDArr
     return array
 
 
+def as_array(what: str, values: object, dtype: DTypeLike) -> NDArray[Any]:
+    """``values`` as a C-contiguous array, not copied where they are one; ``what`` begins the message of the error."""
+    try:
+        return np.ascontiguousarray(values, dtype=dtype)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{what} type {type(values).__name__}; expected numbers ({error})") from error
+
+
 def _converted(name: str, values: ArrayLike) -> NDArray[np.float64]:
     require_unmasked(name, values)
     try:
@@ -170,7 +178,7 @@ def require_choices(item: Any) -> None:
     kind: Any = type(item)
     for name, choices in _choices(kind).items():
         value = getattr(item, name)
-        if value not in choices:
+        if not isinstance(value, str) or value not in choices:  # an array is compared with each by its elements
             raise UnknownNameError.among(f"{name.replace('_', ' ')} of {kind.__name__}", str(value), choices)
 
 

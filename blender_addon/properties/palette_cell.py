@@ -28,6 +28,7 @@ ASKED = ("target", "use_box", "box_low", "box_high", "weight", "exact", "mode")
 """The target of a cell without the cells that it refers to; copied together, the mode last."""
 NO_ERROR = -1.0
 VISIBLE_DELTA_E = 3.0
+"""The library's own, which properties do not import; a test compares them."""
 LEAST_DELTA_E = 0.005
 """Smaller ones are shown as less than 0.01, in the cell and in the status above the table alike."""
 WEIGHT_LIMIT = 1000.0

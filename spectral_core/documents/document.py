@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from spectral_core.checks import path_of
+from spectral_core.checks import path_of, require_kind
 from spectral_core.documents.toml import toml_text
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.guarded import MOST_TOML_BYTES, read_text, reading, require_shallow
@@ -136,6 +136,7 @@ def document_text(
 
     Raises InvalidInputError for another ending, and for a text that is too long to be read again.
     """
+    require_kind("the comment", comment, str)
     suffix = path.suffix.lower()
     if suffix == ".json":
         return json.dumps(document, indent=indent, allow_nan=False) + "\n"

@@ -10,9 +10,9 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
-from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError
+from spectral_core.errors import InvalidInputError, MissingDependencyError, RenderError, UnknownNameError
 from spectral_core.llvm_library import OLDEST_LLVM, find_llvm, llvm_remedy, use_llvm
 from spectral_core.render.gathers import use_gathers
 
@@ -34,6 +34,8 @@ def choose_backend(transport: Transport, wanted: str | None = None) -> Backend:
     Raises InvalidInputError if ``wanted`` is unknown or contradicts ``transport``, MissingDependencyError if this
     machine has no LLVM library. A missing CUDA device is replaced by the CPU, with a note.
     """
+    if transport not in get_args(Transport):
+        raise UnknownNameError.among("transport", str(transport), get_args(Transport))
     kind = (wanted or "llvm").lower()
     kind = next((name for name in ("cuda", "llvm") if kind == name or kind.startswith(f"{name}_")), "")
     if not kind or (wanted and "_" in wanted and wanted not in _names(transport)):

@@ -12,7 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
+from spectral_core.checks import (
+    as_array,
+    frozen_array,
+    read_only_when_copied,
+    require_declared,
+    require_finite,
+    require_kind,
+    require_range,
+)
 from spectral_core.errors import InvalidInputError, counted
 from spectral_core.scene.rays import Rays
 
@@ -30,7 +38,7 @@ class Attribute:
     values: NDArray[np.float32]
 
     def __post_init__(self) -> None:
-        values = np.ascontiguousarray(self.values, dtype=np.float32)
+        values = as_array(f"attribute {self.name!r} has values of", self.values, np.float32)
         if values.ndim != 2 or values.shape[1] != 3:
             raise InvalidInputError(f"attribute {self.name!r} has values of shape {values.shape}; expected (n, 3)")
         require_finite(f"attribute {self.name!r}", values)
@@ -61,6 +69,7 @@ class Mesh:
     def __post_init__(self) -> None:
         # asarray, not a copy: every frame passes a million triangles through here
         set_field = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
+        require_declared(self)
         set_field("positions", _array(self, "positions", np.float32, 3))
         _require_whole_numbers(self, "triangles")
         set_field("triangles", _array(self, "triangles", np.uint32, 3))
@@ -69,6 +78,7 @@ class Mesh:
             if getattr(self, name) is not None:
                 set_field(name, _array(self, name, np.float32, width, vertex_count))
         for attribute in self.attributes:
+            require_kind(f"an attribute of mesh {self.name!r}", attribute, Attribute)
             if len(attribute.values) != vertex_count:
                 raise InvalidInputError(
                     f"mesh {self.name!r} has {vertex_count} vertices and its attribute {attribute.name!r} has "
@@ -173,7 +183,7 @@ def _require_whole_numbers(mesh: Mesh, name: str, most: int = 0xFFFFFFFF) -> Non
 
 
 def _array(mesh: Mesh, name: str, dtype: Any, width: int, length: int | None = None) -> NDArray[Any]:
-    array = np.ascontiguousarray(getattr(mesh, name), dtype=dtype)
+    array = as_array(f"mesh {mesh.name!r} has {name} of", getattr(mesh, name), dtype)
     if array.ndim != 2 or array.shape[1] != width or (length is not None and len(array) != length):
         expected = f"({'any' if length is None else length}, {width})"
         raise InvalidInputError(f"mesh {mesh.name!r} has {name} of shape {array.shape}; expected {expected}")

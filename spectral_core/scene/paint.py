@@ -203,4 +203,4 @@ WHOLE = Weight()
 
 def gray(value: float) -> Color:
     """The color that is ``value`` in all three channels."""
-    return Color(np.full(3, value))
+    return Color(np.full(3, require_range("gray", value, -LARGEST, LARGEST)))

@@ -65,6 +65,8 @@ class Passes:
         for name in self.names:
             if name not in PASSES:
                 raise UnknownNameError.among("pass", name, PASSES)
+        if not all(isinstance(each, tuple | list) and len(each) == 2 for each in self.aovs):
+            raise InvalidInputError(f"aovs are {self.aovs}; expected pairs of a name and 'VALUE' or 'COLOR'")
         for name, kind in self.aovs:
             if kind not in ("VALUE", "COLOR"):
                 raise InvalidInputError(f"AOV {name!r} is of kind {kind!r}; expected 'VALUE' or 'COLOR'")

@@ -288,6 +288,8 @@ class ScatteringMedium(Numbers):
         require_range("ScatteringMedium density", self.density, 0.0, LARGEST)
         require_range("ScatteringMedium anisotropy", self.anisotropy, -1.0, 1.0)
         require_range("ScatteringMedium emission strength", self.emission_strength, 0.0, LARGEST)
+        if not all(isinstance(lobe, tuple | list) and len(lobe) == 3 for lobe in self.lobes):
+            raise InvalidInputError(f"lobes are {self.lobes}; expected three numbers of each: weight, g and α")
         for weight, g, alpha in self.lobes:
             require_range("weight of a phase function", weight, 0.0, 1e6)
             require_range("g of a phase function", g, -1.0, 1.0)

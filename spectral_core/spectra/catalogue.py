@@ -60,7 +60,7 @@ def illuminant_names() -> list[str]:
 
 def is_illuminant(name: str) -> bool:
     """True for a name of an illuminant, and for a black body of any number, which ``illuminant`` may refuse."""
-    name = name.strip()
+    name = require_text("the name of an illuminant", name).strip()
     known = ALIASES.get(name.lower(), name)
     if not f"{known} ".lower().startswith(_BLACK_BODY):
         return known in illuminant_names()

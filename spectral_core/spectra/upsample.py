@@ -49,6 +49,7 @@ def upsampled(linear_rgb: ArrayLike, wavelengths_nm: ArrayLike) -> Array:
 
 def reflectance_from_rgb(linear_rgb: ArrayLike, grid: SpectralGrid, name: str = "upsampled color") -> Reflectance:
     """Give the smooth reflectance of linear sRGB (3,) in [0, 1] on ``grid``."""
+    require_kind("the grid", grid, SpectralGrid, "such as SpectralGrid([400, 550, 700])")
     return Reflectance(name, grid, upsampled(frozen_array("linear_rgb", linear_rgb, (3,)), grid.wavelengths_nm))
 
 

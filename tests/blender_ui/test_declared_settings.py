@@ -21,7 +21,7 @@ pytest.importorskip("bpy")
 
 from blender_addon import panels
 from blender_addon.properties.palette import PALETTE_FIELDS, WHITE_XYZ
-from blender_addon.properties.palette_cell import ASKED
+from blender_addon.properties.palette_cell import ASKED, VISIBLE_DELTA_E
 from blender_addon.properties.render import RENDER_FIELDS
 from blender_addon.properties.volume import VOLUME_FIELDS
 from blender_addon.translate import settings as render_settings
@@ -32,6 +32,7 @@ from blender_addon.translate.volume_looks import look as volume_look
 from spectral_core.documents.schema import Schema
 from spectral_core.palette import PaletteProblem, presets
 from spectral_core.palette.files import document as documents
+from spectral_core.palette.solution import VISIBLE_DELTA_E as DECLARED_VISIBLE_DELTA_E
 from spectral_core.render.volumes import LIGHTING
 from spectral_core.scene import RenderSettings, VolumeObject
 from spectral_core.volume.march.rules import RULES
@@ -290,3 +291,8 @@ def test_a_path_relative_to_the_file_is_not_marked_as_wrong(registered):
                 assert field.is_path_supports_blend_relative, f"{kind.__name__}.{field.identifier}"
                 found += 1
     assert found >= 7
+
+
+def test_cells_mark_the_difference_that_reports_count_as_visible() -> None:
+    """A copy: the palette's package takes long to import, and properties are registered with Blender."""
+    assert VISIBLE_DELTA_E == DECLARED_VISIBLE_DELTA_E

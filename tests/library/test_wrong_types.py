@@ -25,6 +25,7 @@ from spectral_core.palette.texture.project import TextureProject, TextureSetting
 from spectral_core.palette.texture.reach import reachable_contrast, reachable_scales
 from spectral_core.palette.texture.realism import white_differences
 from spectral_core.palette.texture.uplift import design_uplift
+from spectral_core.render.variant import choose_backend
 from spectral_core.scene import (
     AddSurface,
     AreaLight,
@@ -34,6 +35,7 @@ from spectral_core.scene import (
     Glass,
     LightPaths,
     Material,
+    Mesh,
     Mist,
     MixSurface,
     Passes,
@@ -45,6 +47,7 @@ from spectral_core.scene import (
     Translucent,
     Transparent,
     World,
+    gray,
 )
 from spectral_core.scene.atmosphere import Atmosphere
 from spectral_core.spectra import catalogue, observer
@@ -62,6 +65,7 @@ from spectral_core.volume.analysis import (
 )
 from spectral_core.volume.documents.transfer_document import TransferDocument
 from spectral_core.volume.files import read_volume
+from spectral_core.volume.files.sequence import find_sequence
 from spectral_core.volume.presets import preset
 from spectral_core.volume.samples import sample_volume
 from spectral_core.volume.transfer import TransferFunction
@@ -145,6 +149,11 @@ OTHERS: list[tuple[Callable[[], object], str]] = [
     (lambda: lattice.unit_cube(2) & "ball", "the other region is 'ball'"),
     (lambda: lattice.unit_cube(2).contains(["a", "b"]), "points must be real numbers"),
     (lambda: Cell("free", box="wide"), "the box of a cell.*'wide'"),
+    (lambda: gray("x"), "x"),
+    (lambda: Passes(aovs=("a", "b")), "aovs"),
+    (lambda: Mesh("m", "abc", [[0, 1, 2]]), "positions"),
+    (lambda: find_sequence(3), "of type int; expected a path"),
+    (lambda: choose_backend("text"), "text"),  # was llvm_ad_text
     (lambda: PROBLEM.with_cell(0, Cell.free()), "a cell refers to 0"),
     (lambda: PROBLEM.with_cells([Cell.free()]), "the cells to replace"),
     (lambda: reachable_contrast([None, None]), r"lights\[0\] is None"),  # were counted as lights of equal energy

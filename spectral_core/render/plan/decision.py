@@ -120,7 +120,10 @@ class EffectPlan:
         return self[name].is_on
 
     def changed(self, name: str, value: str) -> EffectPlan:
-        """The plan with another value of one effect. Raises UnknownNameError."""
+        """The plan with another value of one effect. Raises UnknownNameError, also for a value that it cannot take."""
+        choices = self[name].choices
+        if choices and value not in choices:
+            raise UnknownNameError.among(f"value of effect {name!r}", str(value), choices)
         other = replace(self[name], value=value)
         return replace(self, decisions=tuple(other if each.name == name else each for each in self.decisions))
 

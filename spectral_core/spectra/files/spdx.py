@@ -14,7 +14,7 @@ from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
-from spectral_core.checks import path_of
+from spectral_core.checks import path_of, require_kind
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.files.guarded import read_text, reading
 from spectral_core.files.whole import write_text
@@ -132,6 +132,7 @@ def write_spdx(path: str | Path, document: SpdxDocument | Spectrum) -> None:
     """
     if isinstance(document, Spectrum):
         document = _document_of(document)
+    require_kind("what to write", document, SpdxDocument, "or a Spectrum")
     spectrum, header = document.spectrum, dict(document.header)
     require_readable(spectrum)
     if kind_of(spectrum) != KIND_OF_QUANTITY[document.quantity] and kind_of(spectrum) != "spectrum":

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError, counted
-from spectral_core.volume.analysis.signal import require_interval
+from spectral_core.volume.analysis.signal import require_function, require_interval
 
 Function = Callable[[NDArray], ArrayLike]
 
@@ -70,6 +70,8 @@ def sample_composition(
     Give ``CompositeBandlimit.frequency`` or ``.product_frequency`` to compare the two bounds. ``margin`` more samples
     on each side keep the truncation of the sinc series away from the interval; f and g must be defined there.
     """
+    require_function(f)
+    require_function(g)
     if not isinstance(interval, tuple | list) or len(interval) != 2:
         raise InvalidInputError(f"the interval is {interval}; expected two numbers, its ends")
     low, high = interval
@@ -91,6 +93,7 @@ def sample_composition(
 def reconstruction_snr(samples: RegularSamples, function: Function, count: int = 4096) -> float:
     """Signal to noise ratio in dB, 10 log10(|h|² / |h − r|²), of the interpolant r against ``function`` h."""
     require_kind("the samples", samples, RegularSamples, "sample_composition")
+    require_function(function)
     x = np.linspace(*samples.interval, require_whole("count", count, 2, 1 << 30))
     expected = np.asarray(function(x), dtype=np.float64)
     noise = float(np.sum((expected - samples(x)) ** 2))

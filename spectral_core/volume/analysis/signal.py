@@ -81,8 +81,7 @@ class SampledFunction:
         cls, function: Callable[[NDArray], ArrayLike], low: float, high: float, count: int, *, periodic: bool = False
     ) -> SampledFunction:
         """``count`` samples of ``function`` over [low, high]; a periodic one leaves out ``high``."""
-        if not callable(function):
-            raise InvalidInputError(f"the function is {str(function)[:40]!r}; expected one that takes an array")
+        require_function(function)
         require_interval(low, high)
         if require_whole("count", count, -1 << 31, MOST_SAMPLES) < 3:
             raise InvalidInputError(f"{counted(count, 'sample was', 'samples were')} requested; expected 3 or more")
@@ -106,6 +105,12 @@ class SampledFunction:
             raise InvalidInputError(
                 f"a function of {self.values.ndim} variables was given; expected one, sampled along a ray"
             )
+
+
+def require_function(function: object) -> None:
+    """Raise InvalidInputError for values in place of a function."""
+    if not callable(function):
+        raise InvalidInputError(f"the function is {str(function)[:40]!r}; expected one that takes an array")
 
 
 def require_interval(low: float, high: float) -> None:

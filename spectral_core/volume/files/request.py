@@ -36,7 +36,8 @@ class RawLayout:
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        if len(self.shape) != 3 or any(int(n) != n or n < 1 for n in self.shape):
+        counts = frozen_array("shape of the raw layout", self.shape)
+        if counts.shape != (3,) or np.any((counts % 1 != 0) | (counts < 1)):
             raise InvalidInputError(
                 f"raw layout has shape {self.shape}; expected three counts (nx, ny, nz), each at least 1"
             )

@@ -104,7 +104,7 @@ def find_sequence(
     The number occurs in the file name once. Digits of another width than that of a pattern with leading zeros do not
     match, as in ``printf``. Raises InvalidInputError if no file matches or two files have the same number.
     """
-    path = Path(pattern)
+    path = path_of(pattern, "the pattern")
     holes = list(_HOLE.finditer(path.name))
     if len(holes) != 1:
         raise InvalidInputError(
