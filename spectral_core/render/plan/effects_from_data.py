@@ -9,12 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import first_of
 from spectral_core.render.lens.aperture import width_of_lens
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES, MOST_ERROR, USUAL_BOUNCES, How
 from spectral_core.render.plan.fluorescence import error_without_dyes
-from spectral_core.render.plan.inventory import Inventory, is_sharp, shown_materials
+from spectral_core.render.plan.inventory import Inventory, is_sharp, names, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.light.reflections import USUAL_DIRECT, diffuse_levels, direct_radiance
 from spectral_core.render.plan.light.sizes import largest_light
@@ -68,11 +67,6 @@ def absent(
 ) -> Effect:
     """An effect without any feature in the scene; ``share``: its share of the time in the plan with all effects."""
     return Effect(name, (Level("on"), Level(value, 0.0, share)), reason, choices=choices)
-
-
-def names(items: tuple[str, ...], most: int = 3) -> str:
-    """A few names in quotes, and the number of others."""
-    return first_of(map(repr, items), len(items), most)
 
 
 def _transport(found: Found) -> Effect:

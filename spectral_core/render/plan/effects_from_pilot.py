@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES
-from spectral_core.render.plan.effects_from_data import THIN, Found, names
-from spectral_core.render.plan.inventory import is_sharp
+from spectral_core.render.plan.effects_from_data import THIN, Found
+from spectral_core.render.plan.inventory import is_sharp, names
 from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.light.reflections import is_linear
 from spectral_core.render.plan.light.shown import bodies_in_view, emission_in_view, error_of_bodies

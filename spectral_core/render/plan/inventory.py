@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from spectral_core.errors import first_of
 from spectral_core.render.plan.light.sizes import largest_reflectance, largest_size, paint_parts
 from spectral_core.scene import (
     AreaLight,
@@ -217,3 +218,8 @@ def is_sharp(leaf: object) -> bool:
         clear = isinstance(leaf, Principled) and leaf.transmission != 0
         return rough < SHARP_ROUGHNESS or coated or clear
     return False
+
+
+def names(items: tuple[str, ...], most: int = 3) -> str:
+    """A few names in quotes, and the number of others."""
+    return first_of(map(repr, items), len(items), most)
