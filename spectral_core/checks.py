@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from functools import cache
 from os import PathLike
 from pathlib import Path
@@ -196,8 +196,10 @@ def require_declared(item: Any) -> None:
     """
     require_choices(item)
     declared: Any = type(item)
-    for name, kinds, is_whole, expected in _types(declared):
+    for name, kinds, is_open, is_whole, expected in _types(declared):
         value = getattr(item, name)
+        if is_open and is_dataclass(value):
+            continue
         if not isinstance(value, kinds) or (is_whole and isinstance(value, _FRACTIONAL) and value % 1 != 0):
             given = str(value)[:40] + ("…" if len(str(value)) > 40 else "")
             raise InvalidInputError(
@@ -205,6 +207,8 @@ def require_declared(item: Any) -> None:
             )
 
 
+FEW = 4
+"""Most types of a field that a message lists."""
 _FRACTIONAL = (float, np.floating)
 _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
     float: ((int, float, np.number), "a number"),
@@ -218,8 +222,12 @@ _PLAIN: dict[Any, tuple[tuple[type, ...], str]] = {
 
 
 @cache
-def _types(kind: type) -> list[tuple[str, tuple[type, ...], bool, str]]:
-    """Name, permitted types, whether a number must be whole, and words, of each field whose type can be checked."""
+def _types(kind: type) -> list[tuple[str, tuple[type, ...], bool, bool, str]]:
+    """Name, permitted types, whether other dataclasses may stand there, whether a number must be whole, and words, of
+    each field whose type can be checked.
+
+    A union of more than ``FEW`` dataclasses, such as the closures of a surface, is open: a plugin may add others.
+    """
     found = []
     hints = get_type_hints(kind)
     for each in fields(kind):
@@ -230,13 +238,14 @@ def _types(kind: type) -> list[tuple[str, tuple[type, ...], bool, str]]:
                      for part in parts]  # fmt: skip
             kinds = tuple(one for permitted, _ in known for one in permitted)
             is_whole = int in parts and float not in parts
-            found.append((each.name, kinds, is_whole, _any_of([words for _, words in known])))
+            is_open = len(parts) > FEW and any(map(is_dataclass, parts))
+            found.append((each.name, kinds, is_open, is_whole, _any_of([words for _, words in known])))
     return found
 
 
 def _any_of(words: list[str]) -> str:
     """One of the words, or an example where there are many."""
-    if len(words) > 4:
+    if len(words) > FEW:
         return f"one of {len(words)} types, such as {words[0]}"
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
 

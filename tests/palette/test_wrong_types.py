@@ -80,7 +80,7 @@ NAN = float("nan")
             r"lights\[0\] is Illuminant\('HP1', .*\); expected a PaletteLight$",
         ),
         (lambda: solve_palette(PROBLEM, warm=PROBLEM), "warm is of type PaletteProblem; expected a PaletteSolution"),
-        (lambda: PaletteSession(PROBLEM).edit((0.0, 0), Cell.ignore()), r"a cell is at \(0.0, 0\); expected"),
+        (lambda: PaletteSession(PROBLEM).edit((0.0, 0), Cell.ignore()), r"a cell refers to \(0.0, 0\); expected"),
         (lambda: presets.most_distinct(2.5), "count is 2.5; expected a whole number"),  # type: ignore[arg-type]
         (lambda: lattice.progressive_fill(SQUARE, "5"), "the number of points is '5'; expected a whole number"),
         (lambda: lattice.progressive_fill([[0, 0], [1, 1]], 5), "the region is of type list; expected a Region"),

@@ -65,9 +65,9 @@ def test_an_unknown_name_is_an_error_that_lists_the_known_ones(what: str, made: 
 
 
 NUMBERS: list[tuple[str, Callable[[], Any]]] = [
-    ("film width is 1.5 pixels; expected a whole number", lambda: Film(1.5, 4)),  # type: ignore[arg-type]
-    ("samples per pixel is 2.5", lambda: Film(4, 4, samples=2.5)),  # type: ignore[arg-type]
-    ("seed is 0.5", lambda: Film(4, 4, seed=0.5)),  # type: ignore[arg-type]
+    ("width of Film is '1.5', of type float; expected a whole number", lambda: Film(1.5, 4)),  # type: ignore[arg-type]
+    ("samples of Film is '2.5', of type float", lambda: Film(4, 4, samples=2.5)),  # type: ignore[arg-type]
+    ("seed of Film is '0.5', of type float", lambda: Film(4, 4, seed=0.5)),  # type: ignore[arg-type]
     ("a number of the crop is 0.5", lambda: Film(4, 4, crop=(0.5, 0, 2, 2))),  # type: ignore[arg-type]
     ("crop .* has 3 numbers", lambda: Film(4, 4, crop=(0, 0, 2))),  # type: ignore[arg-type]
     ("has triangles of type float64; expected whole numbers", lambda: Mesh("m", CORNERS, np.array([[0, 1.5, 2]]))),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, require_kind, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError, counted
 from spectral_core.render.light_groups import (
     emits,
@@ -52,6 +52,7 @@ from spectral_core.spectra.spectrum import Spectrum
 Pixels = NDArray[np.float32]
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class Transport:
     """Channels per light group. ``channels``: (groups, channels, height, width) float32, row 0 at the bottom.
@@ -81,8 +82,7 @@ class Transport:
         expected = (len(self.groups), self.storage.channel_count, *self.coverage.shape)
         if self.channels.shape != expected or self.channels.dtype != np.float32:
             raise InvalidInputError(
-                f"transport channels are {self.channels.dtype} of shape {self.channels.shape}; "
-                f"expected float32 of shape {expected}"
+                f"channels are {self.channels.dtype} of shape {self.channels.shape}; expected float32 of {expected}"
             )
         if self.look is not None:
             look = frozen_array("the matrix of a look", self.look, (3, 3))

@@ -188,8 +188,8 @@ def test_arguments_of_a_design_that_nothing_can_follow_are_refused() -> None:
     """NaN, infinite and no weights, an unknown mapping and 0 spectra were taken for the defaults."""
     pictures = [Picture(name, np.full((2, 2, 3), value)) for name, value in (("a", 0.5), ("b", 0.3))]
     wrong: list[tuple[dict[str, Any], str]] = [
-        ({"importance": (float("nan"), 1.0)}, "one positive number per light"),
-        ({"importance": (float("inf"), 1.0)}, "one positive number per light"),
+        ({"importance": (float("nan"), 1.0)}, "importance holds 1 .* not finite"),
+        ({"importance": (float("inf"), 1.0)}, "importance holds 1 .* not finite"),
         ({"importance": ()}, "one positive number per light"),
         ({"mapping": "exact"}, "no mapping is named 'exact'"),
         ({"count": 0}, "spectra"),
