@@ -82,7 +82,7 @@ class Transport:
         expected = (len(self.groups), self.storage.channel_count, *self.coverage.shape)
         if self.channels.shape != expected or self.channels.dtype != np.float32:
             raise InvalidInputError(
-                f"channels are {self.channels.dtype} of shape {self.channels.shape}; expected float32 of {expected}"
+                f"channels are {self.channels.dtype} of {self.channels.shape}; expected float32 of shape {expected}"
             )
         if self.look is not None:
             look = frozen_array("the matrix of a look", self.look, (3, 3))
