@@ -79,10 +79,10 @@ class Transport:
     """Features that the recording approximates; files do not contain them."""
 
     def __post_init__(self) -> None:
-        expected = (len(self.groups), self.storage.channel_count, *self.coverage.shape)
-        if self.channels.shape != expected or self.channels.dtype != np.float32:
+        expected, given = (len(self.groups), self.storage.channel_count, *self.coverage.shape), self.channels
+        if given.shape != expected or given.dtype != np.float32:
             raise InvalidInputError(
-                f"channels are {self.channels.dtype} of {self.channels.shape}; expected float32 of shape {expected}"
+                f"channels are {given.dtype} of shape {given.shape}; expected float32 of shape {expected}"
             )
         if self.look is not None:
             look = frozen_array("the matrix of a look", self.look, (3, 3))
