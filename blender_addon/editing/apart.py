@@ -46,13 +46,11 @@ class Apart:
 
         The errors of ``work`` are raised. Without a window it is called directly.
         """
-        from spectral_core.explore.sweep.pool import WorkerDied
-
         if bpy.app.background or (answer := self._submitted(work)) is None:
             return work()
         try:
             return answer.result()
-        except (WorkerDied, CancelledError):  # it was killed, or it is ended with the extension
+        except (RenderError, CancelledError):  # it does not start, was killed, or is ended with the extension
             return work()
 
     def _submitted(self, work: Callable[[], Answer]) -> Future[Answer] | None:

@@ -67,6 +67,11 @@ def test_without_an_interpreter_this_process_does_the_work(windowed, monkeypatch
     assert capsys.readouterr().out.count("no Python was found") == 1
 
 
+def test_where_the_process_does_not_start_this_one_does_the_work(windowed, monkeypatch) -> None:
+    monkeypatch.setattr(interpreter, "find_python", lambda: "/no/such/python")
+    assert windowed.call(partial(int, "7")) == 7 and windowed.process_ids() == []
+
+
 def test_an_answer_holds_what_its_parts_say(problem) -> None:
     answer, colors = possible_answer(problem, (0, 0), COLOR, size=16), possible_colors(problem, (0, 0))
     nearest = colors.nearest(COLOR)
