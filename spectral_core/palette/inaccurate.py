@@ -113,7 +113,9 @@ def only_black(problem: PaletteProblem, solved: tuple[Assembled, Answer] | None,
         first_of([cell_name(problem, cell) for cell in own], len(own), MOST_NAMES) for own in _apart(problem, cells)
     ]
     more = f"; and {len(sets) - MOST_NAMES} more sets" if len(sets) > MOST_NAMES else ""
-    apart = f"; so can, apart from these, {'; '.join(sets[1:MOST_NAMES])}{more}" if len(sets) > 1 else ""
+    apart = (
+        f"; independently of these, the same holds for {'; '.join(sets[1:MOST_NAMES])}{more}" if len(sets) > 1 else ""
+    )
     which = "one of each of these sets" if len(sets) > 1 else "one of them"
     return (
         f"Together with the other exact cells, {sets[0]} can be exact only in black{apart}. The closest compromise is "

@@ -129,7 +129,7 @@ class Scene:
         require_declared(self)
         for name, (kinds, expected) in _ITEMS.items():
             _require_items(name, getattr(self, name), kinds, expected)
-        if any(not isinstance(item, Instance) for item in self.instances[:1]):  # of 200,000 a look at each takes time
+        if any(not isinstance(item, Instance) for item in self.instances[:1]):  # a check of each of 200,000 takes time
             _require_items("instances", self.instances, (Instance,), "an Instance")
         for kind in ("meshes", "materials", "lights", "volumes"):
             names = [item.name for item in getattr(self, kind)]

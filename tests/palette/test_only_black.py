@@ -43,7 +43,10 @@ def test_materials_that_share_no_exact_cell_are_named_apart() -> None:
     other = (Cell.fixed((0.2, 0.2, 0.0)), Cell.constant((1, 0), exact=True))
     problem = replace(constant_under("HP1", "D65"), cells=(row, other))
     remedy = solve_palette(problem).remedy
-    assert "“a” under “HP1”, “a” under “D65” can be exact only in black; so can, apart from these, “b” under" in remedy
+    assert (
+        "“a” under “HP1”, “a” under “D65” can be exact only in black; "
+        "independently of these, the same holds for “b” under" in remedy
+    )
     assert "Make one of each of these sets not exact" in remedy
     loose = Cell.constant((0, 0)), Cell.constant((1, 0))
     assert not solve_palette(problem.with_cell((0, 1), loose[0]), explain=False).status.usable
