@@ -132,7 +132,7 @@ def _print(outcome: TextureOutcome, figures: dict[str, Any]) -> None:
     print(
         f"{figures['spectra']} spectra; black is shown as {design.floor:g} and white as "
         f"{design.floor + design.slope:.3g}; "
-        f"{100 * design.compressed:.1f} % of the texels show the nearest color that a reflectance can have"
+        f"{100 * design.compressed:.1f} % of the texels show the nearest colors that these spectra can have"
     )
     for loss in design.losses:
         ghost = f", ghost of the other picture {loss.ghost:.3f}" if len(design.losses) > 1 else ""

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from spectral_core.checks import require_whole
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
 from spectral_core.palette.texture.loss import picture_losses, texel_delta_e
+from spectral_core.palette.texture.nearest_color import nearest_weights
 from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, stimulus_matrix
 from spectral_core.palette.texture.texture import Picture, SpectralTexture, TextureDesign
-from spectral_core.palette.texture.uplift import Pin, Uplift, design_uplift, nearest_weights
+from spectral_core.palette.texture.uplift import Pin, Uplift, design_uplift
 from spectral_core.spectra.color import lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Illuminant
 

@@ -122,8 +122,8 @@ class TextureDesign:
     """A texture and its errors: ``losses`` per picture, ``floor`` and ``slope`` of the gamut mapping.
 
     The target of every linear color v of the pictures is floor + slope v. ``stated_slope``: slope that every
-    combination of pictures reaches exactly at this floor. ``compressed``: share of texels that no reflectance can show
-    exactly.
+    combination of pictures reaches exactly at this floor. ``compressed``: share of texels whose colors the basis cannot
+    show, so that they have an error in ``losses``.
     """
 
     texture: SpectralTexture
@@ -240,10 +240,12 @@ def _fit_tiles(
         wanted = np.concatenate([picture.linear_rows(tile.start, tile.stop, floor, slope) for picture in pictures])
         solved, outside = fitter.solve_tile(wanted)
         half_from_unit(solved, weights[:, tile].reshape(len(weights), -1))
-        if outside.size:
-            found = texel_delta_e(wanted[:, outside], solved[:, outside], fitter.color_from_weights)
-            delta_e[:, tile].reshape(len(pictures), -1)[:, outside] = found
-        return len(outside)
+        if not outside.size:
+            return 0
+        found = texel_delta_e(wanted[:, outside], solved[:, outside], fitter.color_from_weights)
+        delta_e[:, tile].reshape(len(pictures), -1)[:, outside] = found
+        # With more spectra than colors, the search finds many of them an exact answer.
+        return int(np.count_nonzero(found.max(axis=0)))
 
     rows = max(1, TILE // width)
     tiles = [slice(first, min(first + rows, height)) for first in range(0, height, rows)]

@@ -19,9 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 from spectral_core.checks import frozen_array, read_only_when_copied, real_numbers, require_kind, require_range
 from spectral_core.errors import InvalidInputError, SolveError, counted
 from spectral_core.palette.given import require_each, sequence_of
+from spectral_core.palette.texture.nearest_color import nearest_weights
 from spectral_core.palette.texture.reach import TEXTURE_GRID, stimulus_matrix
 from spectral_core.palette.texture.spline import NODES, axis, cell
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, lab_jacobian_from_linear_rgb
+from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Illuminant
 
 Array = NDArray[np.float64]
@@ -34,8 +35,6 @@ INFEASIBLE = -1
 CORRECTIONS = 6
 REACHED = 1e-4
 """Linear RGB distance below which a wanted color counts as reachable."""
-LAB_STEPS = 4
-"""Gauss-Newton steps toward the reachable color that is nearest in CIELAB."""
 
 
 @read_only_when_copied
@@ -265,34 +264,3 @@ def _nearest_reachable(nodes: _LatticeSolver, pin: Pin) -> tuple[Array, bool]:
     reached = nodes.second @ found
     possible = bool(np.abs(reached - aim).max() < REACHED)
     return (aim if possible else reached), possible
-
-
-def nearest_weights(first: Array, second: Array, color: Array, wanted: Array) -> Array | None:
-    """Weights (k,) in [0, 1] with exactly ``color`` under ``first`` (3, k), as near as possible to ``wanted`` in
-    CIELAB.
-
-    Gauss-Newton steps, each a small quadratic program; None if no weights have the color.
-    """
-    import daqp
-
-    count = first.shape[1]
-    upper, lower = np.concatenate([np.ones(count), color]), np.concatenate([np.zeros(count), color])
-    sense = np.concatenate([np.zeros(count), np.full(3, 5)]).astype(np.int32)
-    target, rows_first = lab_from_linear_rgb(wanted), np.ascontiguousarray(first)
-    here, best, least = wanted, None, np.inf
-    for _ in range(LAB_STEPS):
-        metric = lab_jacobian_from_linear_rgb(here)
-        rows = metric @ second
-        goal = metric @ here + target - lab_from_linear_rgb(here)
-        hessian = rows.T @ rows
-        hessian += 1e-8 * np.trace(hessian) * np.eye(count)
-        found, _, status, _ = daqp.solve(hessian, -rows.T @ goal, rows_first, upper, lower, sense)
-        if status not in (1, 2):
-            return best
-        found = np.clip(found, 0.0, 1.0)
-        here = np.clip(second @ found, 0.0, None)
-        distance = float(np.linalg.norm(lab_from_linear_rgb(here) - target))
-        if distance >= least - 1e-6:
-            break
-        best, least = found, distance
-    return best

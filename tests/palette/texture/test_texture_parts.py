@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.texture import texture as module
@@ -16,9 +15,9 @@ from spectral_core.palette.texture.fit import Fitter
 from spectral_core.palette.texture.project import TextureSettings
 from spectral_core.palette.texture.reach import TEXTURE_GRID, corner_colors, reachable_scales, stimulus_matrix
 from spectral_core.palette.texture.texture import Picture, SpectralTexture, design_texture, half_from_unit
-from spectral_core.palette.texture.uplift import Pin, _difference, _LatticeSolver, design_uplift, nearest_weights
+from spectral_core.palette.texture.uplift import Pin, _difference, _LatticeSolver, design_uplift
 from spectral_core.spectra.catalogue import illuminant
-from spectral_core.spectra.color import lab_from_linear_rgb, linear_from_display_rgb
+from spectral_core.spectra.color import linear_from_display_rgb
 
 D65, HP1 = illuminant("D65"), illuminant("HP1")
 HATS = np.stack([np.interp(np.arange(TEXTURE_GRID.size), [0, 20, 40, 60, 80], row) for row in np.eye(5)])
@@ -145,26 +144,6 @@ def test_nodes_of_the_lattice_are_the_smoothest_reflectances() -> None:
         )
         assert np.abs(nodes.first @ change).max() < 1e-9
         assert roughness(found + 1e-5 * change) >= roughness(found) - 1e-12
-
-
-def test_nearest_weights_are_those_of_a_general_search() -> None:
-    first, second = stimulus_matrix([D65]) @ HATS.T, stimulus_matrix([HP1]) @ HATS.T
-    color = first @ np.array([0.3, 0.5, 0.2, 0.6, 0.4])
-    for wanted in (np.array([0.2, 0.2, 0.6]), np.array([0.6, 0.2, 0.1])):
-        found = nearest_weights(first, second, color, wanted)
-        assert found is not None
-        np.testing.assert_allclose(first @ found, color, atol=1e-7)
-        target = lab_from_linear_rgb(wanted)
-
-        def distance(w: np.ndarray, target: np.ndarray = target) -> float:
-            return float(np.sum((lab_from_linear_rgb(np.maximum(second @ w, 0)) - target) ** 2))
-
-        held = {"type": "eq", "fun": lambda w: first @ w - color}
-        starts = (found, np.array([0.3, 0.5, 0.2, 0.6, 0.4]))
-        searches = [minimize(distance, start, bounds=[(0, 1)] * 5, constraints=held) for start in starts]
-        best = min(searches, key=lambda each: each.fun)
-        assert distance(found) <= best.fun * 1.01 + 1e-3
-    assert nearest_weights(first, second, np.array([2.0, 0.0, 0.0]), wanted) is None
 
 
 def test_pins_have_colors_from_0_to_1_and_do_not_contradict() -> None:
