@@ -32,6 +32,18 @@ def search_of(problem: PaletteProblem, engine: str = "piqp") -> _Search:
     return _Search(assembled.quadratic, distinct_cells(builder, state, assembled), engine)
 
 
+@pytest.mark.parametrize(("color", "known"), [((0.2, 0.2, 0.2), 52.058), ((0.2, 0.1, 0.1), 39.65)])
+def test_two_metamers_are_as_different_as_a_global_search_finds(color: tuple[float, ...], known: float) -> None:
+    """``known``: by SLSQP from random spectra, with integrals of its own. Directions alone end at 50.3 and 37.3."""
+    cells = tuple((Cell.fixed(color, exact=True), Cell.distinct_from((1 - row, 1))) for row in range(2))
+    lights = (PaletteLight(D65), PaletteLight(HP1))
+    rows = (PaletteReflectance("a"), PaletteReflectance("b"))
+    solution = solve_palette(PaletteProblem(design_grid(20), lights, rows, cells, smoothness=0.1))
+    assert solution.status.trusted
+    assert solution.residuals["least_delta_e_2000"] > known - 0.05
+    np.testing.assert_allclose(solution.actual_linear_rgb[:, 0], [color, color], atol=1e-9)
+
+
 def test_five_exact_metamers_under_sodium() -> None:
     """The acceptance line: at least 30 under high-pressure sodium, exact under D65, smooth, possible surfaces."""
     solution = solve_palette(most_distinct(5))

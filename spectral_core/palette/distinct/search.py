@@ -32,7 +32,8 @@ from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import PaletteState, initial_state
 from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
 from spectral_core.palette.design.whole import SECONDS, brightened_to_fit, designed
-from spectral_core.palette.distinct.cells import DistinctCells, distinct_cells, least_difference
+from spectral_core.palette.distinct.cells import DistinctCells, distinct_cells
+from spectral_core.palette.distinct.starts import APART, random_spectra, searches_from_spectra, usual_starts
 from spectral_core.palette.distinct.step import Step, StepAnswer, solve_step
 from spectral_core.palette.problem import PaletteProblem
 from spectral_core.palette.qp.answer import Answer
@@ -45,11 +46,8 @@ from spectral_core.spectra.color import lab_jacobian_from_linear_rgb
 
 Array = NDArray[np.float64]
 
-STARTS = 6
 GAMUTS = ("all colors within the gamut", "common colors out of the gamut", "colors out of the gamut")
 """Gamuts to try in turn if a measured surface or an exact color forces another color out of the display's gamut."""
-APART = 1.0
-"""ΔE2000 from which distinct cells count as different at all."""
 FIRST_RADIUS, LAST_RADIUS, LARGEST_RADIUS = 20.0, 0.05, 60.0
 """Radii of the trust region δ, in CIELAB."""
 SETTLED = 1e-3
@@ -70,8 +68,9 @@ def solve_distinct(
 ) -> PaletteSolution:
     """The palette with its "distinct" cells as different as possible (``residuals["least_delta_e_2000"]``).
 
-    ``starts``: local searches, the best of which is kept: 6 by default, none if ``warm`` has distinct colors already;
-    with ``warm`` one more begins at its spectra. ``engine``: ``"piqp"``, or ``"cvxpy"``, the same step for a general
+    ``starts``: local searches along random directions, the best of which is kept: 6 by default, none if ``warm`` has
+    distinct colors already; with ``warm`` one more begins at its spectra. For two distinct cells, 6 starts or more
+    have 6 others at random spectra. ``engine``: ``"piqp"``, or ``"cvxpy"``, the same step for a general
     solver. Free lights are designed for the other cells first (from those of ``warm``, if it solves another problem),
     then held. Raises InvalidInputError if no cell with a free reflectance is "distinct".
     """
@@ -92,8 +91,7 @@ def distinct_solutions(
     builder = Assembler(problem, requests)
     trace = SolveTrace(notes=list(requests.notes))
     state = initial_state(problem, None if warm is None else warm.state)
-    if starts is None:
-        starts = STARTS if warm is None or _coincide(problem, warm) else 0
+    starts = usual_starts(problem, warm) if starts is None else starts
     require_range("starts", starts, 0 if warm is not None else 1, 10_000)
     if problem.scale_lights:
         state = brightened_to_fit(builder, state, trace, warm)
@@ -112,7 +110,9 @@ def distinct_solutions(
     phase = builder.assembled("reflectances", state, perceptual=problem.match == "perceptual")
     cells = distinct_cells(builder, state, phase)
     given = None if warm is None else np.concatenate([_known(begun.reflectances[item]) for item in phase.items])
-    found, gamut = _searched(phase.quadratic, cells, engine, (starts, seed, given))
+    found, gamut = _searched(
+        phase.quadratic, cells, engine, (starts, searches_from_spectra(problem, starts), seed, given)
+    )
     if not found:
         state = state if warm is None else _others_first(builder, state, trace)
         trace.notes.append("the distinct cells cannot be met together with the others, so no colors were made distinct")
@@ -149,14 +149,17 @@ def _reported(builder: Assembler, state: PaletteState, trace: SolveTrace, *, apa
 
 
 def _searched(
-    linked: Quadratic, cells: DistinctCells, engine: str, begin: tuple[int, int, Array | None]
+    linked: Quadratic, cells: DistinctCells, engine: str, begin: tuple[int, int, int, Array | None]
 ) -> tuple[list[Found], str]:
-    """Local optima from a number of starts, a seed, and given spectra, in the strictest possible gamut."""
-    starts, seed, given = begin
+    """Local optima from numbers of directions and of random spectra, a seed, and given spectra, in the strictest
+    possible gamut.
+    """
+    starts, elsewhere, seed, given = begin
     for gamut in GAMUTS:
         search = _Search(linked, cells, engine, gamut)
         rng = np.random.default_rng(seed)
         begun = [search.start(rng) for _ in range(starts)]
+        begun += [search.nearest(random_spectra(search.samples, rng)) for _ in range(elsewhere)]
         if given is not None:
             begun.append(search.nearest(given))
         found = [search.climbed(start.x, rng) for start in begun if start.feasible]
@@ -168,12 +171,6 @@ def _searched(
 def _known(values: Array | None) -> Array:
     assert values is not None  # of a free reflectance
     return values
-
-
-def _coincide(problem: PaletteProblem, warm: PaletteSolution) -> bool:
-    """True if an earlier solution cannot be a start: its shape differs, or its distinct colors are still equal."""
-    shape = (len(problem.reflectances), len(problem.lights), 3)
-    return warm.actual_linear_rgb.shape != shape or least_difference(replace(warm, problem=problem)) < APART
 
 
 def _asks_anew_of_lights(builder: Assembler, warm: PaletteSolution) -> bool:
@@ -214,6 +211,7 @@ class _Search:
         self._linear = np.asarray(rows.T @ target) / cells.worth
         self._target_cost = 0.5 * float(target @ target) / cells.worth
         self._base = self._own_step()
+        self.samples = [block.lower.size for block in linked.blocks]
 
     def start(self, rng: np.random.Generator) -> StepAnswer:
         """Unknowns that spread the cells along random directions, as far as the other criteria allow."""
