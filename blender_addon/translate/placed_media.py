@@ -105,7 +105,10 @@ def _differences(voxels: CommonVoxels, medium: ScatteringMedium | None) -> Itera
         )
     given = () if medium is None or medium.grid is None else medium.grid.given
     faces = (np.take(values, end, axis=axis) for values in given for axis in range(3) for end in (0, -1))
-    if any(values.max() > FAINT for values in faces):
+    shines_everywhere = (
+        medium is not None and medium.emission_strength > 0 and (medium.grid is None or medium.grid.emission is None)
+    )
+    if shines_everywhere or any(values.max() > FAINT for values in faces):
         yield "its shader gives a volume where the grids have no voxels: it ends a voxel beyond them, unlike in Cycles"
 
 

@@ -167,3 +167,23 @@ def test_generated_coordinates_of_a_volume_are_those_of_the_object(cloud: Any, t
         found.append(medium.density * medium.extinction.linear_rgb.max() * medium.grid.scattering)
     np.testing.assert_allclose(found[1], found[0], atol=1e-6)
     assert found[0].max() == pytest.approx(2.5, rel=0.01)
+
+
+def test_the_alpha_of_a_grid_is_1(cloud: Any, translate: Any) -> None:
+    """It was 0, and a shader that read nothing else of a grid did not show it."""
+    tree, node = cloud([("heat", np.full((3, 4, 5), 0.25), 0.5, 0.0)])
+    read = tree.nodes.new("ShaderNodeAttribute")
+    read.attribute_name = "heat"
+    tree.links.new(read.outputs["Alpha"], node.inputs["Density"])
+    medium = medium_of(translate())
+    assert medium.density * medium.extinction.linear_rgb.max() == pytest.approx(1.0)
+    read.attribute_name = "none"
+    scene = translate()
+    assert not scene.instances and any("nothing is seen" in note.message for note in scene.notes)
+
+
+def test_emission_that_is_the_same_everywhere_gets_a_note(cloud: Any, translate: Any) -> None:
+    """It ends a voxel beyond the grids; the note looked only at what varies."""
+    _, node = cloud([("density", np.full((3, 3, 3), 2.0), 0.5, 0.0)])
+    node.inputs["Emission Strength"].default_value = 0.2
+    assert any("where the grids have no voxels" in note.message for note in translate().notes)

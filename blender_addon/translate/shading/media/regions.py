@@ -26,7 +26,9 @@ COARSE, TOO_COARSE = 0.02, 0.10
 the mean.
 """
 PROBES = 4096
-NAMED = ("attribute:", "attribute_factor:", "attribute_uv:")
+ALPHA = "attribute_alpha:"
+"""Beginning of the names of grids whose alpha nodes read: 1 everywhere, as in Cycles."""
+NAMED = ("attribute:", "attribute_factor:", "attribute_uv:", ALPHA)
 """Beginnings of the names of grids that nodes read; a missing grid is 0."""
 CHUNK = 1 << 18
 FINER, MOST_FINER = (1, 2, 4, 8), 1 << 22
@@ -135,7 +137,8 @@ class Region:
         for prefix, missing in ((GRID, 1.0), *((prefix, 0.0) for prefix in NAMED)):
             if name.startswith(prefix):
                 values = grids.get(name.removeprefix(prefix))
-                values = np.full(1, missing) if values is None else values
+                if values is None or prefix == ALPHA:
+                    values = np.full(1, missing if values is None else 1.0)
                 return np.broadcast_to(values if values.ndim == 2 else values[:, None], (len(world), 3))
         if name == "ray:Is Camera Ray":
             return np.ones((len(world), 3))
