@@ -66,7 +66,8 @@ def in_volume(found: Collected, obj: Any, instance: Any, item: TranslatedMateria
     name = found.unique("instance", obj.name_full)
     material = found.unique("material", name)
     assert item.filling is not None
-    placed = _placed(found, obj, instance, np.zeros(3), np.ones(3), item.filling.inputs)
+    # as in Cycles, Generated coordinates of a Volume object are those of the object
+    placed = _placed(found, obj, instance, np.full(3, 0.5), np.full(3, 0.5), item.filling.inputs)
     scale = _density_scale(obj.data, world_from_object)
 
     def make() -> tuple[NDArray[np.float64], TranslatedMaterial] | None:
@@ -104,7 +105,10 @@ def _differences(voxels: CommonVoxels, medium: ScatteringMedium | None) -> Itera
         )
     given = () if medium is None or medium.grid is None else medium.grid.given
     faces = (np.take(values, end, axis=axis) for values in given for axis in range(3) for end in (0, -1))
-    if any(values.max() > FAINT for values in faces):
+    shines_everywhere = (
+        medium is not None and medium.emission_strength > 0 and (medium.grid is None or medium.grid.emission is None)
+    )
+    if shines_everywhere or any(values.max() > FAINT for values in faces):
         yield "its shader gives a volume where the grids have no voxels: it ends a voxel beyond them, unlike in Cycles"
 
 
@@ -115,14 +119,14 @@ def _filled(
     the error of interpolation between voxels.
     """
     voxels = file.grids()
-    object_box = voxels.world_from_index @ index_box(voxels.shape)
-    corners = np.array([object_box[:3, 3], object_box[:3, 3] + object_box[:3, :3].sum(axis=1)])
-    half = np.abs(np.ptp(corners, axis=0)) / 2
+    assert item.filling is not None
+    is_cubic = item.filling.is_cubic
+    if is_cubic:  # a B-spline fades out over two voxels
+        voxels = voxels.surrounded()
     region = replace(
         placed, shape=voxels.shape, world_from_index=placed.world_from_object @ voxels.world_from_index,
-        grids=voxels.grids, center=corners.mean(axis=0), half=np.where(half == 0, 1.0, half),
+        grids=voxels.grids, is_cubic=is_cubic,
     )  # fmt: skip
-    assert item.filling is not None
 
     def alone(grid: str) -> Region:
         if grid not in voxels.interpolated:

@@ -15,22 +15,17 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from spectral_core.checks import require_range
-from spectral_core.cli.shared.fill_values import noted
 from spectral_core.cli.shared.parser import without_companion
 from spectral_core.cli.shared.report import print_json
-from spectral_core.errors import InvalidInputError
+from spectral_core.cli.shared.volume_frames import framed, frames_of, transfer_of
 from spectral_core.files.names import file_words
 
 if TYPE_CHECKING:
     from spectral_core.spectra.spectrum import Illuminant
-    from spectral_core.volume.documents.transfer_document import TransferDocument
     from spectral_core.volume.field import ScalarVolume
     from spectral_core.volume.plan import Plan
     from spectral_core.volume.transfer import TransferFunction
@@ -39,8 +34,6 @@ NAMED = {
     "width of a view": "the width in --size", "height of a view": "the height in --size", "azimuth_deg": "--azimuth",
     "elevation_deg": "--elevation", "zoom": "--zoom", "fov_deg": "--fov (0 for orthographic)",
 }  # fmt: skip
-LENGTHS = (1e-30, 1e30)
-"""Least and largest edge of a voxel: its square is still a number of double precision."""
 QUALITY_DB = {"draft": 35.0, "preview": 42.0, "good": 50.0, "best": 60.0}
 
 
@@ -109,16 +102,17 @@ def run(arguments: argparse.Namespace) -> int:
 
     out = require_ending(arguments.out or Path(f"{_stem(arguments.volume)}.png"))
     lights = told_apart([illuminant_named(name) for name in arguments.light])  # an unknown name ends the command here
-    files = _frames(arguments)
+    files = frames_of(arguments)
     outs = [out if frame.number is None else numbered(out, frame.number) for frame in files]
     targets = [path for each in outs for path in _targets(each, lights)]
     require_apart(targets, [frame.path for frame in files])
-    transfer = _transfer(arguments.transfer, files)
+    transfer = transfer_of(arguments.transfer, files)
     require_outputs(targets)
+    space = framed(files)
     frames = []
     for frame, path in zip(files, outs, strict=True):
         volume = frame.read()
-        figures = _render(arguments, volume, transfer(volume), path, lights)
+        figures = _render(arguments, (volume, space or volume), transfer(volume), path, lights)
         frames.append(figures | ({} if frame.number is None else {"frame": frame.number}))
     if arguments.json:
         print_json(frames[0] if len(frames) == 1 and "frame" not in frames[0] else {"frames": frames})
@@ -132,88 +126,6 @@ def _stem(volume: str) -> str:
     return (Path(name).stem.rstrip("#*_.-") or "volume").replace("%", "")
 
 
-@dataclass(frozen=True)
-class _Frame:
-    """A volume to come: its number in a sequence, the file or sample that names it, and its reader."""
-
-    number: int | None
-    path: str | Path
-    read: Callable[[], ScalarVolume]
-
-
-def _frames(arguments: argparse.Namespace) -> list[_Frame]:
-    """The frames of a sequence, or the only volume."""
-    from spectral_core.volume.files import RawLayout, find_sequence, read_volume
-
-    raw = None
-    if arguments.spacing is not None:
-        for each in arguments.spacing:
-            require_range("--spacing", each, *LENGTHS)
-    if (arguments.raw_shape is None) != (arguments.raw_type is None):
-        raise InvalidInputError("--raw-shape and --raw-type go together; give both or neither")
-    if arguments.raw_shape is not None:
-        raw = RawLayout(tuple(arguments.raw_shape), arguments.raw_type, arguments.raw_order, arguments.raw_offset)
-    if arguments.volume.startswith("sample:"):
-        return [_Frame(None, "", lambda: _spaced(_sample(arguments.volume), arguments.spacing))]
-    options = {"field": arguments.field, "component": arguments.component, "raw": raw}
-    # A file of that very name is no pattern: "head #2.nrrd".
-    if any(mark in Path(arguments.volume).name for mark in "#%*{") and not Path(arguments.volume).exists():
-        sequence = find_sequence(arguments.volume, **options)
-        if sequence.missing_note:
-            print(sequence.missing_note)
-        return [
-            _Frame(n, path, partial(lambda n: _spaced(sequence.read(n), arguments.spacing), n))
-            for n, path in sequence.frames
-        ]
-    return [
-        _Frame(None, arguments.volume, lambda: _spaced(read_volume(arguments.volume, **options), arguments.spacing))
-    ]
-
-
-def _sample(given: str) -> ScalarVolume:
-    from spectral_core.volume.samples import sample_named, sample_volume
-
-    return sample_volume(*sample_named(given, 96))
-
-
-def _spaced(volume: ScalarVolume, spacing: list[float] | None) -> ScalarVolume:
-    """The volume with voxels of another size; its position and the directions of its axes stay the file's."""
-    import numpy as np
-
-    from spectral_core.volume.field import ScalarVolume
-
-    if spacing is None:
-        return volume
-    matrix = volume.world_from_index.copy()
-    matrix[:3, :3] *= np.array(spacing) / volume.voxel_size
-    return ScalarVolume(volume.name, volume.data, matrix)
-
-
-def _transfer(given: str, frames: Sequence[_Frame]) -> Callable[[ScalarVolume], TransferFunction]:
-    """The transfer function of each volume: one for all frames, or their pictures would not be comparable."""
-    from spectral_core.volume.documents.transfer_document import stated_in_fractions
-    from spectral_core.volume.documents.transfer_file import read_transfer
-    from spectral_core.volume.presets import PRESETS, preset
-
-    named = given.removeprefix("preset:")  # as the integrator's files spell it
-    is_file = Path(given).suffix.lower() in (".toml", ".json") or (named not in PRESETS and Path(given).is_file())
-    if len(frames) == 1:  # its file is read first
-        return lambda volume: preset(named, noted(volume)) if not is_file else _fitted(read_transfer(given), volume)
-    stated = read_transfer(given) if is_file else None
-    if stated is not None and stated.values == "data":
-        return stated.for_volume
-    ranges = [noted(frame.read()).range_without_fill_values for frame in frames]
-    all_frames = min(low for low, _ in ranges), max(high for _, high in ranges)
-    if stated is None:  # fitted to the frame of the widest range, and stretched to that of all frames
-        widest = frames[max(range(len(ranges)), key=lambda index: ranges[index][1] - ranges[index][0])].read()
-        stated = stated_in_fractions(preset(named, widest), widest)
-    return partial(stated.for_volume, value_range=all_frames)
-
-
-def _fitted(stated: TransferDocument, volume: ScalarVolume) -> TransferFunction:
-    return stated.for_volume(volume if stated.values == "data" else noted(volume))
-
-
 def _estimate(chosen: Plan) -> str:
     if not math.isfinite(chosen.estimate_db):
         return "no error expected"
@@ -225,19 +137,21 @@ def _estimate(chosen: Plan) -> str:
 
 def _render(
     arguments: argparse.Namespace,
-    volume: ScalarVolume,
+    shown: tuple[ScalarVolume, ScalarVolume],
     transfer: TransferFunction,
     path: Path,
     lights: Sequence[Illuminant],
 ) -> dict[str, Any]:
+    """Render, write and report a volume (``shown``: it, and the one whose space the picture shows)."""
     from spectral_core.cli.shared.volume_report import report, why_empty
     from spectral_core.volume.plan import plan
     from spectral_core.volume.renderer import VolumeRenderer
     from spectral_core.volume.view import View
 
+    volume, space = shown
     width, height = arguments.size
     view = View.around(
-        volume,
+        space,
         arguments.azimuth,
         arguments.elevation,
         zoom=arguments.zoom,

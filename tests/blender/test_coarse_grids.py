@@ -134,3 +134,56 @@ def test_grids_that_cycles_shows_differently_are_named(
     cloud([("density", np.full((3, 3, 3), 2.0), 0.5, background)], mirror)
     notes = [note.message for note in translate().notes]
     assert any(words in note for note in notes) if words else not notes
+
+
+@pytest.mark.parametrize("is_read_by_node", [False, True])
+def test_cubic_interpolation_of_a_material_blurs_its_grids(cloud: Any, translate: Any, is_read_by_node: bool) -> None:
+    """A voxel of 1 is a cubic B-spline in Cycles, of the same integral; it was a tent."""
+    tree, node = cloud([("density" if not is_read_by_node else "heat", np.ones((1, 1, 1)), 1.0, 0.0)])
+    if is_read_by_node:
+        read = tree.nodes.new("ShaderNodeAttribute")
+        read.attribute_name = "heat"
+        tree.links.new(read.outputs["Fac"], node.inputs["Density"])
+    material = bpy.data.materials["Cloud"]
+    peaks = []
+    for kind in ("LINEAR", "CUBIC"):
+        material.cycles.volume_interpolation = kind
+        material.update_tag()
+        medium = medium_of(translate())
+        peaks.append(medium.density * medium.extinction.linear_rgb.max() * medium.grid.scattering.max())
+        assert scattering(medium) == pytest.approx(1.0, rel=0.02)
+    assert peaks == pytest.approx([1.0, (2 / 3) ** 3], rel=1e-3)
+
+
+def test_generated_coordinates_of_a_volume_are_those_of_the_object(cloud: Any, translate: Any) -> None:
+    """As textures without a vector read them. They were shares of the box around the voxels."""
+    tree, node = cloud([("density", np.ones((6, 5, 4)), 0.5, 0.0)])
+    place, split = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeSeparateXYZ")
+    tree.links.new(split.outputs["X"], node.inputs["Density"])
+    found = []
+    for name in ("Object", "Generated"):
+        tree.links.new(place.outputs[name], split.inputs[0])
+        medium = medium_of(translate())
+        found.append(medium.density * medium.extinction.linear_rgb.max() * medium.grid.scattering)
+    np.testing.assert_allclose(found[1], found[0], atol=1e-6)
+    assert found[0].max() == pytest.approx(2.5, rel=0.01)
+
+
+def test_the_alpha_of_a_grid_is_1(cloud: Any, translate: Any) -> None:
+    """It was 0, and a shader that read nothing else of a grid did not show it."""
+    tree, node = cloud([("heat", np.full((3, 4, 5), 0.25), 0.5, 0.0)])
+    read = tree.nodes.new("ShaderNodeAttribute")
+    read.attribute_name = "heat"
+    tree.links.new(read.outputs["Alpha"], node.inputs["Density"])
+    medium = medium_of(translate())
+    assert medium.density * medium.extinction.linear_rgb.max() == pytest.approx(1.0)
+    read.attribute_name = "none"
+    scene = translate()
+    assert not scene.instances and any("nothing is seen" in note.message for note in scene.notes)
+
+
+def test_emission_that_is_the_same_everywhere_gets_a_note(cloud: Any, translate: Any) -> None:
+    """It ends a voxel beyond the grids; the note looked only at what varies."""
+    _, node = cloud([("density", np.full((3, 3, 3), 2.0), 0.5, 0.0)])
+    node.inputs["Emission Strength"].default_value = 0.2
+    assert any("where the grids have no voxels" in note.message for note in translate().notes)

@@ -177,7 +177,10 @@ CASES = {
     "world in Cycles": Case("CyclesWorldSettings", _world("cycles"), {}, {"max_bounces": 3}),
     "rays of a world": Case("CyclesVisibilitySettings", _world("cycles_visibility")),
     "material": Case("Material", _material(), besides={**NODES, "diffuse_color": "of a material without nodes"}),
-    "material in Cycles": Case("CyclesMaterialSettings", _material("cycles")),
+    "material in Cycles": Case(
+        "CyclesMaterialSettings", _material("cycles"),
+        besides={"volume_interpolation": "of grids: tests/blender/test_coarse_grids.py"},
+    ),
     "layer collection": Case("LayerCollection", _layer("collection")),
     "view layer": Case(
         "ViewLayer", _layer(), {}, {},

@@ -206,12 +206,12 @@ def test_a_file_whose_name_has_marks_of_a_pattern_is_a_file(blob, tmp_path, monk
 
 
 def test_a_stated_spacing_keeps_place_and_directions():
-    from spectral_core.cli.volume import _spaced
+    from spectral_core.cli.shared.volume_frames import spaced
     from spectral_core.volume.field import ScalarVolume
 
     turn = np.array([[0.0, -2, 0, 5], [-3, 0, 0, 6], [0, 0, 4, 7], [0, 0, 0, 1]])  # axes exchanged and mirrored
-    spaced = _spaced(ScalarVolume("v", np.zeros((2, 3, 4)), turn), [1.0, 10.0, 100.0])
-    assert np.allclose(spaced.world_from_index, [[0, -10, 0, 5], [-1, 0, 0, 6], [0, 0, 100, 7], [0, 0, 0, 1]])
+    made = spaced(ScalarVolume("v", np.zeros((2, 3, 4)), turn), [1.0, 10.0, 100.0])
+    assert np.allclose(made.world_from_index, [[0, -10, 0, 5], [-1, 0, 0, 6], [0, 0, 100, 7], [0, 0, 0, 1]])
 
 
 @needs_drjit
@@ -248,3 +248,19 @@ def test_a_note_names_values_that_count_as_missing(tmp_path, monkeypatch, capsys
     for name, is_noted in (("marked", True), ("labels", False)):
         assert main(["volume", f"{name}.npy", "--transfer", "wide", "--size", "16", "16"]) == 0
         assert ("-9999 counts as missing data" in capsys.readouterr().out) == is_noted
+
+
+@needs_drjit
+def test_the_frames_of_a_sequence_share_one_camera(tmp_path, capsys):
+    """The camera was fitted to each frame: smoke that grew in its OpenVDB grid kept its size in the pictures."""
+    from spectral_core.volume.field import ScalarVolume
+    from spectral_core.volume.files import write_volume
+
+    for number, size in enumerate((4, 8, 16), 1):
+        ball = ScalarVolume.from_spacing("ball", np.ones((size,) * 3, np.float32), (1, 1, 1), ((1 - size) / 2,) * 3)
+        write_volume(ball, tmp_path / f"smoke_{number}.nrrd")
+    arguments = ("--transfer", EXAMPLES / "solid.toml", "--size", 32, 32, "--quality", "draft", "--fov", 0)
+    status, _ = call(capsys, tmp_path / "smoke_#.nrrd", *arguments, "--out", tmp_path / "o.npy")
+    assert status == 0
+    covered = [np.mean(np.load(tmp_path / f"o_{number:04d}.npy").max(axis=-1) > 0.05) for number in (1, 2, 3)]
+    assert covered[1] > 3 * covered[0] and covered[2] > 3 * covered[1]

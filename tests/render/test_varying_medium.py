@@ -206,3 +206,14 @@ def test_a_lamp_within_a_varying_medium_is_dimmed_up_to_itself_alone():
     before = np.exp(-1.5 * 0.6 * profile(density, z).mean())
     lamp = 30.0 / (4 * np.pi**2 * 0.4**2) * before
     np.testing.assert_allclose(made.pixels[..., :3].mean(), lamp, rtol=0.02)
+
+
+def test_a_medium_ends_with_its_voxels():
+    """A block is two voxels wide, along z as well; the border of a volume is a tenth of a voxel beyond its voxels."""
+    ones = np.ones((17, 1, 1))
+    fog = ScatteringMedium(0.5, gray(0.0), grid=grid_of(ones.shape, scattering=ones, absorption=ones))
+    made = column(fog, lamps=(), world=World(color=gray(1.0)), samples=256)
+    (cube,) = made.instances
+    border = np.diag([4.4, 4.4, 2.4, 1.0])
+    seen = render_scene(replace(made, instances=(replace(cube, world_from_object=border),))).pixels[..., :3]
+    assert seen.mean() == pytest.approx(np.exp(-1.0), rel=0.015)

@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.volume.files import read_volume
 from spectral_core.volume.files.formats.openvdb_format import find_openvdb
 from spectral_core.volume.files.vdb import together
@@ -115,3 +115,19 @@ def test_grids_of_one_name_are_named_as_openvdb_names_them(tmp_path):
     assert voxels.repeated == ("density",) and set(voxels.grids) == {"density", "heat"}
     openvdb.write(str(path), grids=[made[1], made[2]])
     assert grids_together(path, ["density"]).repeated == () and read_volume(path).shape == (3, 3, 3)
+
+
+def test_a_grid_without_voxels_has_its_background_beside_others(tmp_path):
+    """A fire without flames as yet was left out, smoke and all."""
+    path = tmp_path / "fire.vdb"
+    flames, tint = openvdb.FloatGrid(0.25), openvdb.Vec3SGrid((0.5, 0.25, 1.0))
+    flames.name, tint.name = "flames", "tint"
+    smoke = grid("density", (3, 4, 5))
+    openvdb.write(str(path), grids=[smoke, flames, tint])
+    voxels = check(tmp_path / "smoke.vdb", [smoke], ["density"])
+    both = grids_together(path, ["flames", "density", "tint"])
+    assert both.shape == voxels.shape and both.interpolated == both.resampled == ()
+    assert np.array_equal(both.grids["density"], voxels.grids["density"])
+    assert np.all(both.grids["flames"] == 0.25) and np.all(both.grids["tint"] == (0.5, 0.25, 1.0))
+    with pytest.raises(FileFormatError, match="'flames' of fire.vdb has no active voxel"):
+        grids_together(path, ["flames"])

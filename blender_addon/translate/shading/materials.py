@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -28,6 +28,7 @@ from .. import spectra
 from ..context import Translation
 from ..displacement.nodes import raised_normal
 from ..displacement.offset import Displacement
+from ..visibility import cycles_settings
 from . import media
 from .aovs import aov_outputs
 from .carried.dispersion import with_dispersion
@@ -86,6 +87,8 @@ def _translate(translation: Translation, material: Any) -> TranslatedMaterial:
     spectrum = spectra.spectrum_of(translation, material)
     is_volume = output is not None and linked(input_of(output, "Surface")) is None
     filling = None if output is None else media.filling_of(reader, output, spectrum if is_volume else None)
+    if filling is not None and cycles_settings(material.original, "volume_interpolation", "LINEAR") == "CUBIC":
+        filling = replace(filling, is_cubic=True)
     medium = None if filling is None else media.medium_alike(filling)
     displacement: Displacement | None = None
     surface: Surface | None

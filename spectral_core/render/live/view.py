@@ -122,9 +122,10 @@ class Viewpoint:
 
     @property
     def eye(self) -> Array:
-        """(3,) where the ray through the middle of the picture begins, or the lens of a view with perspective."""
+        """(3,) where the ray through the middle of the picture begins; the lens of a panorama."""
         axes, middle = self.world_from_view, (self.low + self.high) / 2
-        start = (0.0, 0.0, 0.0) if self.is_perspective or self.panorama is not None else (*middle, -self.near)
+        across = middle * self.near if self.is_perspective else middle
+        start = (0.0, 0.0, 0.0) if self.panorama is not None else (*across, -self.near)
         return np.asarray(axes[:3, :3] @ start + axes[:3, 3])
 
     def same_as(self, other: Viewpoint | None) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lens.camera_rays import is_singular
 from spectral_core.render.lights.emission import Emission
 from spectral_core.render.lights.listing import LightList
 from spectral_core.render.lights.scene_lights import SceneLights
@@ -19,7 +20,7 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.kept import keep
 from spectral_core.render.mitsuba_scene.lamps.rows import add_lamp, add_world
 from spectral_core.render.mitsuba_scene.lamps.weights import chosen_emitters
-from spectral_core.render.mitsuba_scene.media.around import media_at, overlapping_media
+from spectral_core.render.mitsuba_scene.media.around import media_at, meets_some, overlapping_media, ray_starts
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, STRAND, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
@@ -183,13 +184,17 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
     around = shapes.fill(scene.world.medium, "World", scene.world.group)
     rules.media, rules.inside, rules.unlit_media = shapes.media, shapes.inside, shapes.unlit_media
     if rules.media:
-        eye = scene.camera.world_from_camera[:3, 3]
+        movable = shapes.context.movable
+        eye, apart = scene.camera.world_from_camera[:3, 3], None
+        if not (movable or is_singular(scene.camera)):  # a live view has another camera
+            eye, low, high = ray_starts(scene.camera, scene.film)
+            apart = (float(eye[0]), float(eye[1]), float(eye[2])) if meets_some(rules.inside, low, high) else None
         camera = media_at(shapes.context.mitsuba, loaded, rules.inside, eye, around)
         overlap, crowded = overlapping_media(scene)
         for name in crowded:
             shapes.context.note(name, CROWDED)
         # objects of a live view may be moved into each other
-        rules.around = MediaAround(around, camera, overlap or (shapes.context.movable and len(shapes.inside) > 1))
+        rules.around = MediaAround(around, camera, overlap or (movable and len(shapes.inside) > 1), apart)
 
 
 def _enter_body(context: Context, body: Any) -> None:

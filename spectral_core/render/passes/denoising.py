@@ -19,6 +19,7 @@ from spectral_core.render.plugins.closures.subsurface import DIVES
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.media import flight as flights
+from spectral_core.render.trace.media.starts import at_start
 from spectral_core.scene.passes import DATA_PASSES, DENOISING
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
@@ -163,7 +164,7 @@ class DenoisingData(LobeColors):
             )
             return place, (clear, reach), fog, (straight & ~turned, layers + 1, onward), sums
 
-        fog = (mi.UInt32(0), mi.UInt32(0)) if fills is None else tuple(mi.UInt32(number) for number in fills.camera)
+        fog = at_start(rules, first_hit.scene, ray, ray.maxt > 0.0)
         start = (
             (mi.Point3f(ray.o), mi.Vector3f(ray.d), mi.Float(ray.maxt)),
             (mi.Spectrum(1.0), mi.Float(1.0)),

@@ -90,7 +90,7 @@ def light_pass_class(variant: str) -> Any:
                 return state, sampler, *self.parts
 
             # no lobe yet: paths that scatter in a medium first belong to none
-            start = (self.begin(ray, active), sampler, mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
+            start = (self.begin(ray, active, scene), sampler, mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Spectrum(0.0))
             labels = ("path", "sampler", "diffuse", "glossy", "transmission")
             state, *_ = dr.while_loop(start, lambda state, *_: state.active, body, labels=labels)
             self.release()

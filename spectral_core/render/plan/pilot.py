@@ -235,7 +235,7 @@ def _pilot_class(variant: str) -> Any:
 
         def trace(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
             self.cell = self.pixels * BATCHES + sampler.index % BATCHES
-            state = self.begin(ray, active)
+            state = self.begin(ray, active, scene)
 
             def body(state: Any, sampler: Any, flags: Any) -> Any:
                 self.flags = flags

@@ -13,6 +13,7 @@ from spectral_core.render.mitsuba_scene.rules import HOLDOUT, Tables
 from spectral_core.render.plugins.closures.holdout import QUESTION
 from spectral_core.render.plugins.paints.ray_marks import camera_marks
 from spectral_core.render.trace.media import flight as flights
+from spectral_core.render.trace.media.starts import at_start
 from spectral_core.scene import Rays
 
 MOST_LAYERS = 64
@@ -105,8 +106,8 @@ class FirstHit:
             )
 
         fog = mi.UInt32(0), mi.UInt32(0)
-        if fills is not None:
-            fog = mi.UInt32(fills.camera[0]), mi.UInt32(fills.camera[1])
+        if self.rules is not None:
+            fog = at_start(self.rules, self.scene, ray, mi.Bool(True))
         clear, hidden = mi.Spectrum(1.0), mi.Spectrum(0.0)
         counts = mi.UInt32(0), mi.UInt32(0), mi.Bool(False)
         start = (mi.Point3f(ray.o), mi.Float(ray.maxt), clear, hidden, fog, counts, mi.Bool(True))

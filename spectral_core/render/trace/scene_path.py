@@ -19,7 +19,7 @@ from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_mark
 from spectral_core.render.trace import clear_glass, hit_sides, lobes, path_limits, portals, reradiation
 from spectral_core.render.trace.below.dive import dive
 from spectral_core.render.trace.below.leaving import cosine_out, leaving
-from spectral_core.render.trace.media import in_media
+from spectral_core.render.trace.media import in_media, starts
 from spectral_core.render.trace.path_settings import MOST_LAYERS, PathSettings
 from spectral_core.render.trace.path_state import path_state_class
 from spectral_core.scene import Rays
@@ -54,8 +54,9 @@ def scene_path_class(variant: str) -> Any:
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any, sampled: Any = None) -> None:
             super().__init__(mi.Properties())
             self.tables, self.settings, self.lights, self.sampled = tables, settings, lights, sampled
-            if sampled is not None:
-                self.restarts = False  # the volumes keep a phase of each path
+            # volumes keep a phase of each path, and the start of each ray is searched by a loop
+            if sampled is not None or (tables.media is not None and tables.media.eye is not None):
+                self.restarts = False
             limits, self.clamps = settings.limits, path_limits.clamps_of(settings)
             count = lambda value: dr.opaque(mi.UInt32, int(value))  # noqa: E731
             # opaque: kernels read the numbers, so that another limit needs no new kernel
@@ -80,7 +81,7 @@ def scene_path_class(variant: str) -> Any:
             return self.trace(scene, sampler, mi.Ray3f(ray), mi.Bool(active))
 
         def trace(self, scene: Any, sampler: Any, ray: Any, active: Any) -> Any:
-            state = self.begin(ray, active)
+            state = self.begin(ray, active, scene)
             state, _ = dr.while_loop(
                 (state, sampler),
                 lambda state, _: state.active,
@@ -94,11 +95,11 @@ def scene_path_class(variant: str) -> Any:
             """Forget what belongs to a loop: a recorded launch reads every member of the integrator after it."""
             self.met = self.asked = self.asked_way = self.fog = self.flight = self.carried = None
 
-        def begin(self, ray: Any, active: Any) -> Any:
-            """A path at the camera."""
+        def begin(self, ray: Any, active: Any, scene: Any = None) -> Any:
+            """A path at the camera; in the media at its place without ``scene``."""
             state = PathState(ray, active)
             if self.tables.media is not None:
-                state.medium, state.outer = (mi.UInt32(number) for number in self.tables.media.camera)
+                state.medium, state.outer = starts.at_start(self.tables, scene, ray, active)
             return state
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:

@@ -28,13 +28,14 @@ class Filling:
     """A volume shader. ``programs``: of scattering, absorption and emission; ``lobes``: its phase functions.
 
     ``spectral``: in place of the programs a medium of density 1 with a spectrum as its color, and ``density``: its
-    density.
+    density. ``is_cubic``: grids are interpolated by cubic B-splines, not linearly.
     """
 
     programs: tuple[Program, Program, Program] | None = None
     lobes: Lobes = ()
     spectral: ScatteringMedium | None = None
     density: Program | None = None
+    is_cubic: bool = False
 
     @property
     def programs_of(self) -> tuple[Program, ...]:

@@ -26,7 +26,9 @@ COARSE, TOO_COARSE = 0.02, 0.10
 the mean.
 """
 PROBES = 4096
-NAMED = ("attribute:", "attribute_factor:", "attribute_uv:")
+ALPHA = "attribute_alpha:"
+"""Beginning of the names of grids whose alpha nodes read: 1 everywhere, as in Cycles."""
+NAMED = ("attribute:", "attribute_factor:", "attribute_uv:", ALPHA)
 """Beginnings of the names of grids that nodes read; a missing grid is 0."""
 CHUNK = 1 << 18
 FINER, MOST_FINER = (1, 2, 4, 8), 1 << 22
@@ -38,7 +40,8 @@ class Region:
     """A grid of voxels. ``center`` and ``half``: the object's texture space, for Generated coordinates.
 
     ``facts``: what Object Info and attributes of the object give, by their names in programs; ``grids``: the values of
-    a Volume object at the voxels, (n,) or (n, 3), by name.
+    a Volume object at the voxels, (n,) or (n, 3), by name. ``is_cubic``: between the voxels they are cubic B-splines,
+    else linear.
     """
 
     shape: tuple[int, int, int]
@@ -49,6 +52,7 @@ class Region:
     half: NDArray[np.float64]
     facts: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     grids: Mapping[str, Array] = field(default_factory=dict)
+    is_cubic: bool = False
 
     def at_voxels(self, program: Program) -> Array:
         """Values of a program at the voxel centers, (n,) or (n, 3)."""
@@ -62,22 +66,25 @@ class Region:
         return np.concatenate(parts)
 
     def at(self, program: Program, index: Array) -> Array:
-        """Values of a program at positions (n, 3) in voxels, between which the grids are linear."""
-        grids = {name: _between(values, self.shape, index) for name, values in self.grids.items()}
+        """Values of a program at positions (n, 3) in voxels."""
+        cubic = self.is_cubic
+        grids = {name: _between(values, self.shape, index, is_cubic=cubic) for name, values in self.grids.items()}
         return self._values(program, index, grids)
 
     def divided(self, parts: int) -> Region:
-        """The same region, each voxel divided along each axis: the outermost centers stay in their places."""
-        if parts == 1:
+        """The same region, each voxel divided along each axis: the outermost centers stay in their places. Between the
+        new voxels it is linear.
+        """
+        if parts == 1 and not self.is_cubic:
             return self
         shape = tuple((n - 1) * parts + 1 for n in self.shape)
         matrix = self.world_from_index @ np.diag([*(1.0 / parts,) * 3, 1.0])
-        made = replace(self, shape=(shape[0], shape[1], shape[2]), world_from_index=matrix, grids={})
+        made = replace(self, shape=(shape[0], shape[1], shape[2]), world_from_index=matrix, grids={}, is_cubic=False)
         grids = {name: self.between(values, parts).astype(np.float32) for name, values in self.grids.items()}
         return replace(made, grids=grids)
 
     def of_other(self, other: Region, program: Program) -> Array:
-        """Values of a program at the voxels, linear between those of another region."""
+        """Values of a program at the voxels, interpolated between those of another region."""
         values, parts = other.at_voxels(program), []
         if other is self:
             return values
@@ -85,14 +92,19 @@ class Region:
         for start in range(0, int(np.prod(self.shape)), CHUNK):
             numbers = np.arange(start, min(start + CHUNK, int(np.prod(self.shape))))
             index = np.stack(np.unravel_index(numbers, self.shape), axis=1)
-            parts.append(_between(values, other.shape, _moved(matrix, index)))
+            parts.append(_between(values, other.shape, _moved(matrix, index), is_cubic=self.is_cubic))
         return np.concatenate(parts)
 
-    def between(self, values: Array, parts: int) -> Array:
-        """Values (n,) or (n, k) of the voxels at those of ``divided``."""
+    def between(self, values: Array, parts: int, *, is_sampled: bool = False) -> Array:
+        """Values (n,) or (n, k) of the voxels at those of ``divided``. ``is_sampled``: they are those of a curve, and
+        linear in between, not numbers that it is interpolated from.
+        """
+        is_cubic = self.is_cubic and not is_sampled
+        if parts == 1:
+            return _smoothed(values, self.shape) if is_cubic else values
         shape = tuple((n - 1) * parts + 1 for n in self.shape)
         index = np.stack(np.unravel_index(np.arange(np.prod(shape)), shape), axis=1) / parts
-        return _between(values, self.shape, index)
+        return _between(values, self.shape, index, is_cubic=is_cubic)
 
     def _values(self, program: Program, index: Array, grids: Mapping[str, Array]) -> Array:
         world = _moved(self.world_from_index, index)
@@ -125,7 +137,8 @@ class Region:
         for prefix, missing in ((GRID, 1.0), *((prefix, 0.0) for prefix in NAMED)):
             if name.startswith(prefix):
                 values = grids.get(name.removeprefix(prefix))
-                values = np.full(1, missing) if values is None else values
+                if values is None or prefix == ALPHA:
+                    values = np.full(1, missing if values is None else 1.0)
                 return np.broadcast_to(values if values.ndim == 2 else values[:, None], (len(world), 3))
         if name == "ray:Is Camera Ray":
             return np.ones((len(world), 3))
@@ -138,13 +151,25 @@ def _moved(matrix: NDArray[np.float64], points: Array) -> Array:
     return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
 
 
-def _between(values: Array, shape: tuple[int, int, int], index: Array) -> Array:
-    """Values (n,) or (n, k) of voxels at positions between them, (m,) or (m, k)."""
+def _between(values: Array, shape: tuple[int, int, int], index: Array, *, is_cubic: bool = False) -> Array:
+    """Values (n,) or (n, k) of voxels at positions between them, (m,) or (m, k): linear, or a cubic B-spline whose
+    coefficients they are.
+    """
     from scipy.ndimage import map_coordinates
 
-    flat = np.nan_to_num(values).reshape(*shape, -1)
-    read = [map_coordinates(flat[..., k], index.T, order=1, mode="nearest") for k in range(flat.shape[-1])]
+    flat, rest = np.nan_to_num(values).reshape(*shape, -1), {"order": 3 if is_cubic else 1, "mode": "nearest"}
+    read = [map_coordinates(flat[..., k], index.T, prefilter=False, **rest) for k in range(flat.shape[-1])]
     return np.asarray(np.stack(read, axis=1) if values.ndim == 2 else read[0])
+
+
+def _smoothed(values: Array, shape: tuple[int, int, int]) -> Array:
+    """Values (n,) or (n, k) at the voxels of the cubic B-spline whose coefficients they are."""
+    from scipy.ndimage import correlate1d
+
+    made = np.nan_to_num(values).reshape(*shape, -1)
+    for axis in range(3):
+        made = correlate1d(made, np.array([1.0, 4.0, 1.0]) / 6.0, axis=axis, mode="nearest")
+    return np.asarray(made.reshape(values.shape))
 
 
 def depends_on_place(filling: Filling) -> bool:
@@ -182,17 +207,26 @@ def medium_of_grids(
 ) -> tuple[ScatteringMedium | None, tuple[int, int, int], int, float]:
     """The medium of a Volume object, the size of its grid, parts of a voxel, and its error of interpolation.
 
-    The grids are linear between the voxels. Where the shader is not, as a threshold, or where it has a pattern of its
-    own, the voxels are divided. From Blender 5.0 on, Principled Volume reads each of its own grids at one voxel nearby
-    that is drawn at random: what it makes of one grid, as a blackbody, is linear between the voxels of this grid.
-    ``alone``: the region of one grid, at its own voxels.
+    The grids are linear between the voxels, or cubic. Where the shader is not linear, as a threshold, or where it has a
+    pattern of its own, the voxels are divided. From Blender 5.0 on, Principled Volume reads each of its own grids at
+    one voxel nearby that is drawn at random: what it makes of one grid, as a blackbody, is interpolated between the
+    voxels of this grid. ``alone``: the region of one grid, at its own voxels.
     """
     rng = np.random.default_rng(seed)
     programs = () if compat.is_before_5_0() else filling.programs_of
-    drawn = {p: region.of_other(alone(name), p) for p in programs if (name := _only_grid(p))}
-    for parts in FINER:
+    own = {p: alone(name) for p in programs if (name := _only_grid(p))}
+    drawn = {p: region.of_other(other, p) for p, other in own.items()}
+
+    def read(program: Program, finer: Region, parts: int) -> Array:
+        if program not in drawn:
+            return finer.at_voxels(program)
+        return region.between(drawn[program], parts, is_sampled=own[program] is not region)
+
+    # curves between the voxels need one more step where the memory suffices
+    is_small = np.prod(region.shape, dtype=float) * 8 <= MOST_FINER
+    for parts in FINER[1:] if region.is_cubic and is_small else FINER:
         finer = region.divided(parts)
-        values = {p: region.between(drawn[p], parts) if p in drawn else finer.at_voxels(p) for p in filling.programs_of}
+        values = {p: read(p, finer, parts) for p in filling.programs_of}
         others = [p for p in filling.programs_of if p not in drawn]
         error = max((_lost(region, finer, parts, program, values[program], rng) for program in others), default=0.0)
         if error <= COARSE or parts == FINER[-1] or np.prod(finer.shape, dtype=float) * 8 > MOST_FINER:

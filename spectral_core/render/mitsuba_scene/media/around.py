@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.lens.camera_rays import camera_frame, rays
 from spectral_core.render.trace.media.table import HIDDEN, ONLY_BORDER
-from spectral_core.scene import Instance, Rays, Scene
+from spectral_core.scene import Camera, Film, Instance, Rays, Scene
 from spectral_core.scene.geometry import box_of, placed
 
 Array = NDArray[np.float64]
@@ -57,6 +58,29 @@ def media_at(mitsuba: Any, scene: Any, filled: list[tuple[Any, int]], point: Arr
                 found.append(inside[number])
     inner, outer, *_ = (*found, around, around)
     return inner, outer
+
+
+def ray_starts(camera: Camera, film: Film) -> tuple[Array, Array, Array]:
+    """Where the ray through the middle of the picture begins (3,), and the lowest and highest corners of a box around
+    the starts of all rays. Of a panorama, whose rays begin on a sphere, the middle of that.
+    """
+    frame = camera_frame(camera, film)
+    if camera.panorama is not None:
+        away = camera.near + camera.aperture_radius
+        return frame.origin, frame.origin - away, frame.origin + away
+    places = np.array([[0.5, 0, 1, 0, 1], [0.5, 0, 0, 1, 1]])
+    stacked = lambda *parts: np.stack(np.broadcast_arrays(*parts))  # noqa: E731
+    begins, _, _ = rays(frame, (places[0], places[1]), (np.zeros(5), np.zeros(5)), stacked)
+    away = camera.aperture_radius
+    return begins[:, 0], begins.min(axis=1) - away, begins.max(axis=1) + away
+
+
+def meets_some(filled: list[tuple[Any, int]], low: Array, high: Array) -> bool:
+    """True if the box of a shape with a medium that the camera sees meets the box from ``low`` to ``high``; ``filled``:
+    as in ``media_at``.
+    """
+    boxes = [shape.bbox() for shape, bits in filled if not bits >> HIDDEN & Rays.CAMERA]
+    return any(np.all(low <= np.array(box.max)) and np.all(high >= np.array(box.min)) for box in boxes)
 
 
 def overlapping_media(scene: Scene) -> tuple[bool, tuple[str, ...]]:

@@ -142,8 +142,10 @@ class MediumGrids:
         origin = mi.Point3f(*(dr.dot(line, mi.Vector3f(ray.o)) + entries[4 * k + 3] for k, line in enumerate(lines)))
         direction = mi.Vector3f(*(dr.dot(line, ray.d) for line in lines))
         first, last = mi.Float(0.0), mi.Float(dr.inf)
+        rate = dr.rcp(dr.maximum(mi.Float(self._header(medium, _EDGE_AT, active)), 1.0))
         for axis in range(3):
-            high = mi.Float(self._header(medium, 3 + axis, active))
+            # the end of the voxels: the last block may reach beyond them, and the border of an object as well
+            high = mi.Float(self._header(medium, axis, active)) * rate
             # a ray along a border of the grid has no crossing; a tiny slope keeps the division defined
             slope = dr.select(dr.abs(direction[axis]) > 1e-20, direction[axis], 1e-20)
             one, two = -origin[axis] / slope, (high - origin[axis]) / slope

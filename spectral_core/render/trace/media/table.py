@@ -51,12 +51,13 @@ class MediumRow:
 @dataclass(frozen=True, slots=True)
 class MediaAround:
     """Numbers of the world's medium and of the two innermost ones at the camera; ``overlap``: True if media of objects
-    overlap.
+    overlap; ``eye``: where the camera's are, (3,), if its rays may begin in others; None if all begin in these.
     """
 
     world: int = 0
     camera: tuple[int, int] = (0, 0)
     overlap: bool = False
+    eye: tuple[float, float, float] | None = None
 
 
 @dataclass(slots=True, eq=False)
@@ -71,7 +72,8 @@ class Media:
     """All media of a scene.
 
     ``inside``: the medium in a shape, by the shape's number, and the bits above; ``hides``: True if some rays do not
-    see one of them. ``around``: the medium of the world; ``camera``: the one at the camera and the one around that.
+    see one of them. ``around``: the medium of the world; ``camera``: the one at the camera and the one around that;
+    ``eye``: as in ``MediaAround``.
     """
 
     def __init__(self, mitsuba: Any, rows: list[MediumRow], inside: Any, at: MediaAround, *, hides: bool) -> None:
@@ -81,6 +83,8 @@ class Media:
         self._overlap, self._in_world = at.overlap, at.world != 0 and inside is not None
         self.around = dr.opaque(mitsuba.UInt32, at.world)
         self.begin_in(at.camera)
+        # read from memory, so that a moving camera needs no new kernel
+        self.eye = None if at.eye is None else [table(mitsuba.Float, [value]) for value in at.eye]
         self._lobes = max(len(row.lobes) for row in rows)
         self.emits = any(row.emission is not None for row in rows)
         self.grids: MediumGrids | None = None

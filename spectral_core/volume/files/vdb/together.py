@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files import read_volume
+from spectral_core.volume.files.payload import EmptyGridError
 from spectral_core.volume.files.vdb.read import first_of_name, grid_background, grid_names
 
 MOST_RESAMPLED = 1 << 24
@@ -42,10 +44,26 @@ class CommonVoxels:
     mirrored: tuple[str, ...] = ()
     repeated: tuple[str, ...] = ()
 
+    def surrounded(self) -> CommonVoxels:
+        """The same grids with one more voxel on each side, which has the value of the outermost one."""
+        nx, ny, nz = (n + 2 for n in self.shape)
+        wide = {name: values.reshape(*self.shape, *values.shape[1:]) for name, values in self.grids.items()}
+        grids = {
+            name: np.pad(values, [(1, 1)] * 3 + [(0, 0)] * (values.ndim - 3), mode="edge").reshape(
+                -1, *values.shape[3:]
+            )
+            for name, values in wide.items()
+        }
+        matrix = self.world_from_index.copy()
+        matrix[:3, 3] -= matrix[:3, :3].sum(axis=1)
+        return replace(self, shape=(nx, ny, nz), world_from_index=matrix, grids=grids)
+
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
-    """A grid's components, one or three, and the value of each where the grid has no voxels."""
+    """A grid's components, one or three, and the value of each where the grid has no voxels; no component if it has
+    none anywhere.
+    """
 
     parts: list[ScalarVolume]
     outside: NDArray[np.float64]
@@ -73,21 +91,24 @@ def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
             f"the shader {reads}, and {path.name} holds {', '.join(map(repr, held))}: nothing is seen; "
             "name one of these grids in the shader"
         )
-    found = {name: _read(path, stored[name]) for name in wanted}
+    read = {name: _read(path, stored[name]) for name in wanted}
+    found = {name: grid for name, grid in read.items() if grid.parts}
+    if not found:
+        raise EmptyGridError(f"{', '.join(map(repr, wanted))} of {path.name} has no active voxel; nothing is seen")
     # of grids that are as fine as each other, the sort keeps the first one first
     by_size = sorted(found.values(), key=lambda grid: float(f"{abs(grid.voxel):.4g}"))
-    for base in (*by_size, found[wanted[0]]):
+    for base in (*by_size, next(iter(found.values()))):
         shape, matrix = _region(base.parts[0], by_size)
         if np.prod(shape, dtype=float) <= MOST_RESAMPLED:
             break
     if np.prod(shape, dtype=float) > MOST_VOXELS:
         sizes = "×".join(map(str, shape))
         raise InvalidInputError(f"{path.name} has {sizes} voxels; at most {MOST_VOXELS:,} are rendered: resample it")
-    placed = {name: _placed(grid, shape, matrix) for name, grid in found.items()}
+    placed = {name: _placed(grid, shape, matrix) for name, grid in read.items()}
     finer = tuple(name for name, grid in found.items() if abs(grid.voxel) * ALIKE < abs(base.voxel))
     mirrored = tuple(name for name, grid in found.items() if grid.voxel < 0)
     others = tuple(name for name, grid in found.items() if _offset(grid.parts[0], matrix) is None)
-    repeated = tuple(name for name in found if stored[name] != name)
+    repeated = tuple(name for name in read if stored[name] != name)
     return CommonVoxels(shape, matrix, placed, others, finer, mirrored, repeated)
 
 
@@ -95,9 +116,11 @@ def _read(path: Path, name: str) -> _Grid:
     """A grid of a file."""
     try:
         parts = [read_volume(path, field=name)]
+    except EmptyGridError:  # the flames of a fire before it burns
+        parts = []
     except InvalidInputError:  # a vector
         parts = [read_volume(path, field=name, component=k) for k in range(3)]
-    outside = np.zeros(len(parts))
+    outside = np.zeros(max(len(parts), 1))
     with suppress(FileFormatError):  # of a tree that only OpenVDB itself reads
         outside = np.atleast_1d(np.asarray(grid_background(path, name), np.float64))
     return _Grid(parts, np.nan_to_num(outside))
@@ -135,8 +158,8 @@ def _placed(grid: _Grid, shape: tuple[int, int, int], world_from_index: NDArray[
     """Values of a grid at voxels, (n,) or (n, 3)."""
     from scipy.ndimage import affine_transform
 
-    columns = []
-    for part, outside in zip(grid.parts, grid.outside, strict=True):
+    columns = [] if grid.parts else [np.full(math.prod(shape), value, np.float32) for value in grid.outside]
+    for part, outside in zip(grid.parts, grid.outside, strict=bool(grid.parts)):
         offset, data = _offset(part, world_from_index), np.asarray(part.data, np.float32)
         if offset is not None:
             placed = np.full(shape, outside, np.float32)
