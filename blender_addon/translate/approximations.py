@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.render.mitsuba_scene.units import SMALLEST_RADIUS, at_origin, typical_size
 from spectral_core.scene import (
     AddSurface,
     Glass,
@@ -65,8 +67,9 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
         passes = enters | {
             name for name, surface in surfaces.items() if _refracts(surface) or _is_seen_through(surface)
         }
-        _note_faces(translation, scene, meshes, passes)
-        _note_volumes_in_one_place(translation, scene, meshes)
+        rendered = _as_rendered(scene)
+        _note_faces(translation, rendered, meshes, passes)
+        _note_volumes_in_one_place(translation, rendered, meshes)
     _note_flattened(translation, scene)
     _note_holes(translation, scene)
     note_lamps_beside_rough_glass(translation, scene)
@@ -94,6 +97,19 @@ def note_approximations(translation: Translation, scene: Scene, *, compares_face
     if not (limits.reflective_caustics and limits.refractive_caustics):
         message = "caustics are off: a surface that is partly diffuse keeps the caustics of its glossy part"
         translation.note(translation.scene.name, message)
+
+
+def _as_rendered(scene: Scene) -> Scene:
+    """The scene with its instances where the renderer has them, which moves far scenes and scales small ones: faces
+    coincide within the distance from which its rays start.
+    """
+    near, _ = at_origin(scene)
+    size = typical_size(near)
+    if not 0.0 < size < SMALLEST_RADIUS:
+        return near
+    larger = np.diag([1.0 / size] * 3 + [1.0])
+    instances = (replace(item, world_from_object=larger @ item.world_from_object) for item in near.instances)
+    return replace(near, instances=tuple(instances))
 
 
 def _note_holes(translation: Translation, scene: Scene) -> None:

@@ -13,8 +13,9 @@ import numpy as np
 from bpy.types import Scene
 
 from spectral_core.files.whole_picture import require_written
+from spectral_core.spectra.color import display_rgb_from_linear
 
-from ..compat import image_format, set_linear_rec709, working_space
+from ..compat import image_format, rec709_from_working, working_space
 
 if TYPE_CHECKING:
     from spectral_core.render.relight.view_transform import ViewTransform
@@ -100,15 +101,19 @@ def settings_of(block: Any) -> dict[str, Any]:
 
 
 def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
-    """Linear pixels (height, width, 3) as in a 16-bit PNG of a render in the scene's view, 0 to 1."""
+    """Linear pixels (height, width, 3) as in a 16-bit PNG of a render in the scene's view, 0 to 1, for a display of
+    sRGB: pages and pictures show them on that. What another display of the scene shows is converted.
+    """
     height, width = linear.shape[:2]
     image = bpy.data.images.new(NAME, width, height, float_buffer=True)
+    rgb_from_working = rec709_from_working(working_space(bpy.data))
     read = None
     # without compression it takes a third of the time; a view of the output files' own is not what the artist sees
     how = {"color_mode": "RGB", "color_depth": "16", "compression": 0, "color_management": "FOLLOW_SCENE"}
     try:
-        pixels = np.concatenate([linear, np.ones((height, width, 1))], axis=-1).astype(np.float32)
-        set_linear_rec709(image)
+        # Blender takes the floats of an image for scene-linear, whatever the image's color space is
+        working = linear @ np.linalg.inv(rgb_from_working).T
+        pixels = np.concatenate([working, np.ones((height, width, 1))], axis=-1).astype(np.float32)
         image.pixels.foreach_set(pixels.ravel())
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "view.png"
@@ -116,11 +121,27 @@ def shown_pixels(scene: Scene, linear: np.ndarray) -> np.ndarray:
                 image.save_render(str(path), scene=scene)
             require_written(path)
             read = bpy.data.images.load(str(path))
-            read.colorspace_settings.is_data = True
+            is_of_srgb = not _read_as_display(read, scene.display_settings.display_device)
             found = np.empty(4 * width * height, np.float32)
             read.pixels.foreach_get(found)
     finally:
         bpy.data.images.remove(image)
         if read is not None:
             bpy.data.images.remove(read)
-    return found.reshape(height, width, 4)[..., :3].astype(np.float64)
+    shown = found.reshape(height, width, 4)[..., :3].astype(np.float64)
+    if is_of_srgb:
+        return shown
+    light = shown @ rgb_from_working.T
+    return np.asarray(display_rgb_from_linear(np.clip(light, 0.0, 1.0)))
+
+
+def _read_as_display(image: Any, device: str) -> bool:
+    """True if the numbers of an image become the light of a display, which has a color space of its own name; else,
+    as for sRGB and in configurations without that name, they stay as they are.
+    """
+    if not device.startswith("sRGB"):
+        with suppress(TypeError):  # no such space
+            image.colorspace_settings.name = device
+            return True
+    image.colorspace_settings.is_data = True
+    return False

@@ -270,6 +270,18 @@ def test_the_color_of_a_light_is_a_color_object(build, translate):
     assert isinstance(the_light(translate()).color, Color)
 
 
+@pytest.mark.parametrize("normalize", [True, False])
+def test_a_small_area_light_keeps_its_size(build, translate, normalize):
+    """One below 0.1 mm was as large as that, so that one without Normalize was a hundred times too bright."""
+    lamp = build.light("AREA", 8, shape="DISK", size=2e-5)
+    if not hasattr(lamp.data, "normalize"):
+        pytest.skip("lamps are normalized before Blender 4.5")
+    lamp.data.normalize = normalize
+    (found,) = translate().lights
+    assert found.size == pytest.approx((2e-5, 2e-5))
+    assert found.power_w == pytest.approx(8 if normalize else 8 * np.pi * 1e-10)
+
+
 @pytest.mark.parametrize(("kind", "factor"), [("POINT", 4.0), ("SPOT", 4.0), ("SUN", 1.0)])
 def test_a_lamp_of_size_0_without_normalize_shines(build, translate, kind, factor):
     """Cycles multiplies by the surface of a lamp of any other size, so that 4 takes the place of 4 π r²."""

@@ -35,7 +35,7 @@ from .kept_mix import (
 )
 from .members import forget_deleted
 from .paths import follow_save, note_paths, transport_path
-from .picture import in_frame, picture_for, picture_of, place
+from .picture import fill, in_frame, picture_for, picture_of, place
 from .rendered_parts import look_matrix
 
 DELAY_SECONDS = 0.0
@@ -134,7 +134,7 @@ def _store(scene: Scene, pixels: np.ndarray) -> Any:
     pixels = in_frame(scene, pixels)
     height, width = pixels.shape[:2]
     image = picture_for(scene, width, height)
-    image.pixels.foreach_set(pixels.reshape(-1))
+    fill(image, pixels)
     image.update()
     return image
 

@@ -55,10 +55,34 @@ def picture_for(scene: Scene, width: int, height: int) -> Image:
 
 
 def new_picture(name: str, width: int, height: int) -> Image:
-    """A new image for linear light."""
+    """A new image for linear light; a file of it that Blender saves as an image, not as a render, is linear sRGB."""
     image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True)
     compat.set_linear_rec709(image)
     return image
+
+
+def fill(image: Image, pixels: NDArray[np.float32]) -> None:
+    """Give an image of floats linear sRGB, (height, width, 4), bottom row first.
+
+    Blender takes the floats of an image for scene-linear when it shows or saves it, whatever the image's color space.
+    """
+    matrix = compat.rec709_from_working(compat.working_space(bpy.data))
+    image.pixels.foreach_set(_transformed(pixels, np.linalg.inv(matrix)).reshape(-1))
+
+
+def linear_pixels(image: Image) -> NDArray[np.float32]:
+    """The linear sRGB (height, width, 4) that ``fill`` gave to an image."""
+    found = np.empty((image.size[1], image.size[0], 4), np.float32)
+    image.pixels.foreach_get(found.reshape(-1))
+    return _transformed(found, compat.rec709_from_working(compat.working_space(bpy.data)))
+
+
+def _transformed(pixels: NDArray[np.float32], matrix: NDArray[np.float64]) -> NDArray[np.float32]:
+    if np.array_equal(matrix, np.eye(3)):
+        return np.ascontiguousarray(pixels)
+    made = pixels.copy()
+    made[..., :3] = pixels[..., :3] @ matrix.T.astype(np.float32)
+    return made
 
 
 def _made(replaced: Image | None, width: int, height: int) -> Image:
@@ -100,9 +124,7 @@ def cropped(scene: Scene, image: Image) -> NDArray[np.float32] | None:
     if border is None or not scene.render.use_crop_to_border:
         return None
     left, bottom, across, up = border
-    whole = np.empty((height, width, 4), np.float32)
-    image.pixels.foreach_get(whole.reshape(-1))
-    return np.ascontiguousarray(whole[bottom : bottom + up, left : left + across])
+    return np.ascontiguousarray(linear_pixels(image)[bottom : bottom + up, left : left + across])
 
 
 def _border(scene: Scene, width: int, height: int) -> tuple[int, int, int, int] | None:

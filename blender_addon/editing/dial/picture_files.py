@@ -18,7 +18,7 @@ from spectral_core.files.whole_picture import require_whole_picture
 from spectral_core.spectra.pictures import write_exr_with_alpha
 
 from ... import compat
-from .picture import new_picture
+from .picture import fill, linear_pixels, new_picture
 
 ENDINGS = (".png", ".exr")
 
@@ -63,7 +63,7 @@ def write_pixels(scene: Scene, pixels: NDArray[np.float32], path: Path) -> None:
         pixels = _gray(pixels)
     image = new_picture("spectral picture to save", pixels.shape[1], pixels.shape[0])
     try:
-        image.pixels.foreach_set(np.ascontiguousarray(pixels).reshape(-1))
+        fill(image, pixels)
         _write_png(scene, image, path)
     finally:
         bpy.data.images.remove(image)
@@ -72,9 +72,7 @@ def write_pixels(scene: Scene, pixels: NDArray[np.float32], path: Path) -> None:
 def write_picture(scene: Scene, image: Image, path: Path) -> None:
     """Write an image. Raises FileWriteError."""
     if path.suffix.lower() == ".exr" or scene.render.image_settings.color_mode == "BW":
-        pixels = np.empty((image.size[1], image.size[0], 4), np.float32)
-        image.pixels.foreach_get(pixels.reshape(-1))
-        write_pixels(scene, pixels, path)
+        write_pixels(scene, linear_pixels(image), path)
     else:
         _write_png(scene, image, path)
 

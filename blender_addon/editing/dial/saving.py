@@ -21,7 +21,7 @@ from spectral_core.errors import RenderError
 from ..background import has_program
 from ..deferred import open_scene
 from . import changes, live
-from .picture import cropped
+from .picture import cropped, linear_pixels
 from .picture_files import Output, require_ending, write_picture, write_pixels
 from .view_process import ViewProcess
 
@@ -93,8 +93,7 @@ class Saving:
             self.saved += 1
         else:
             if pixels is None:
-                pixels = np.empty((image.size[1], image.size[0], 4), np.float32)
-                image.pixels.foreach_get(pixels.reshape(-1))
+                pixels = linear_pixels(image)
             self._unwritten.append(_Unwritten(path, pixels, self._process.save(pixels, path)))
         return not self._targets
 

@@ -25,8 +25,6 @@ LIGHT_RAYS = Rays.DIFFUSE | Rays.GLOSSY | Rays.TRANSMISSION | Rays.VOLUME
 
 SHEARED = 0.01
 """Largest cosine between the axes of an area light that is no parallelogram."""
-SMALLEST_SIZE = 1e-4
-"""Least edge of an area light: the power of a smaller one is emitted from this."""
 
 
 def translate_light(translation: Translation, name: str, obj: Any, instance: Any) -> Light | None:
@@ -113,7 +111,7 @@ def emitting_area(lamp: Any, matrix: NDArray[np.float64]) -> float:
         return float(np.pi * np.sin(lamp.angle / 2) ** 2)
     if lamp.type == "AREA":
         width, height = _extent(lamp, matrix)
-        return max(width, SMALLEST_SIZE) * max(height, SMALLEST_SIZE) * (np.pi / 4 if _is_ellipse(lamp) else 1.0)
+        return width * height * (np.pi / 4 if _is_ellipse(lamp) else 1.0)
     radius = lamp.shadow_soft_size
     return 4 * np.pi * radius**2 if radius > 0 else 4.0  # a strength is a radiant exitance; of a point as in Cycles
 
@@ -167,7 +165,6 @@ def _area(
     if min(size) <= 0:
         translation.note(shared["name"], "an area light without area emits no light; give it a size and a scale")
         return None
-    size = (max(size[0], SMALLEST_SIZE), max(size[1], SMALLEST_SIZE))
     power *= emitting_area(lamp, matrix)
     shape: Any = "ellipse" if _is_ellipse(lamp) else "rectangle"
     return AreaLight(**shared, power_w=power, shape=shape, size=size, spread_rad=lamp.spread)

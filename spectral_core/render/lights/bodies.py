@@ -18,6 +18,8 @@ from spectral_core.render.plugins.numbers import table
 Array = NDArray[np.float64]
 MOST_BODIES = 4096
 """Lamps that one ray may pass through."""
+NO_FACE = 0xFFFFFFFF
+"""Number of no triangle."""
 
 
 class Bodies:
@@ -35,8 +37,10 @@ class Bodies:
         parameters.update()
         self.scene = mi.load_dict({"type": "scene", "lamps": mesh}, parallel=False, optimize=False)
         self._items = table(mi.UInt32, items)
-        normals = np.cross(*(positions[triangles[:, k]].astype(float) - positions[triangles[:, 0]] for k in (1, 2)))
-        self._normals = table(mi.Float, normals)
+        corners = positions[triangles].astype(float)
+        normals = np.cross(*(corners[:, k] - corners[:, 0] for k in (1, 2)))
+        farthest = np.abs(corners).max(axis=(1, 2))
+        self._faces = table(mi.Float, np.column_stack([normals, farthest]))
         import drjit
 
         self._back = drjit.opaque(mi.Float, float(longest))
@@ -48,22 +52,26 @@ class Bodies:
 
         mi = self._mi
 
-        def body(origin: Any, left: Any, total: Any, count: Any, going: Any) -> Any:
+        def body(origin: Any, left: Any, total: Any, last: Any, count: Any, going: Any) -> Any:
             probe = mi.Ray3f(ray)
             probe.o, probe.maxt = origin, left
             met = self.scene.ray_intersect_preliminary(probe, coherent=False, active=going)
             found = going & met.is_valid()
-            normal = dr.gather(mi.Vector3f, self._normals, met.prim_index, found)
+            x, y, z, farthest = dr.gather(mi.Vector4f, self._faces, met.prim_index, found)
             item = dr.gather(mi.UInt32, self._items, met.prim_index, found)
-            total += visit(item, found & (dr.dot(normal, ray.d) < 0.0))
-            # beyond the triangle by the rounding error of its position
-            step = met.t + (dr.max(dr.abs(origin)) + met.t) * 4e-7
+            is_entered = dr.dot(mi.Vector3f(x, y, z), ray.d) < 0.0
+            total += visit(item, found & is_entered & (met.prim_index != last))
+            # beyond the triangle by the rounding error of its position, which grows with its corners' coordinates; at
+            # grazing angles it is larger, and the ray meets the same triangle once more
+            step = met.t + (dr.max(dr.abs(origin)) + met.t + farthest) * 4e-7
             origin = dr.select(found, origin + ray.d * step, origin)
             left = dr.select(found, left - step, left)
-            return origin, left, total, count + 1, found & (left > 0.0) & (count < self._most)
+            last = dr.select(found, met.prim_index, last)
+            return origin, left, total, last, count + 1, found & (left > 0.0) & (count < self._most)
 
-        start = (ray.o - ray.d * self._back, length + self._back, mi.Spectrum(0.0), mi.UInt32(0), mi.Bool(active))
-        return dr.while_loop(start, lambda _o, _l, _t, _n, going: going, body, labels=("o", "l", "t", "n", "g"))[2]
+        begin = ray.o - ray.d * self._back, length + self._back
+        start = (*begin, mi.Spectrum(0.0), mi.UInt32(NO_FACE), mi.UInt32(0), mi.Bool(active))
+        return dr.while_loop(start, lambda *state: state[5], body, labels=("o", "l", "t", "f", "n", "g"))[2]
 
 
 def _clear(mi: Any) -> Any:

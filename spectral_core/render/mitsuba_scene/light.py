@@ -36,8 +36,12 @@ from spectral_core.spectra.spectrum import Spectrum
 Array = NDArray[np.float64]
 
 ELLIPSE_CORNERS = 96
-SMALLEST_AREA = 1e-13
-"""Least area of a light, relative to its distance from the origin, whose corners 32-bit positions can separate."""
+SMALLEST_AREA = 1e-30
+"""Area up to which a light has none."""
+SMALLEST_EDGE = 1e-6
+"""Least edge of a light of triangles, relative to its distance from the origin, whose corners 32-bit positions can
+separate: the power of a smaller one is emitted from this.
+"""
 NARROWEST_RAD = np.radians(0.02)
 """Least spread of a panel: positions of 32 bits keep no narrower beam."""
 SUN_DISTANCE = 2e3
@@ -159,6 +163,9 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
     axes = light.world_from_light[:3, :3].copy()
     axes[:, 1:] *= -1  # rotated about x, so that the front faces -z
     origin, size = light.world_from_light[:3, 3], np.asarray(light.size, dtype=np.float64)
+    if not has_area(context, light, float(np.linalg.norm(np.cross(*(axes[:, :2] * size).T)))):
+        return []
+    size = np.maximum(size, SMALLEST_EDGE * (np.abs(origin).max() + size.max()))
     if light.shape == "ellipse":
         corners = _ellipse(axes, origin, size)
     else:
@@ -168,8 +175,6 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
         corners = corners[::-1]
     part = geometry.polygon(corners, light.name)
     area = geometry.area_of(part)
-    if not has_area(context, light, area, float(np.abs(corners).max())):
-        return []
     radiance = _emitted(context, light, color, radiometry.radiance_of_panel(light.power_w, area))
     tangent, gain = spread_of(light)
     is_narrow = tangent > 0
@@ -182,9 +187,9 @@ def _area(context: Context, light: AreaLight, color: Color | Spectrum) -> list[L
     return [made]
 
 
-def has_area(context: Context, light: AreaLight, area: float, farthest: float) -> bool:
-    """False, with a note, for an area light that is a line or a point; ``farthest``: its largest coordinate."""
-    if area > max(SMALLEST_AREA * farthest**2, 1e-30):
+def has_area(context: Context, light: AreaLight, area: float) -> bool:
+    """False, with a note, for an area light that is a line or a point."""
+    if area > SMALLEST_AREA:
         return True
     context.note(light.name, "is an area light without area, so it emits no light; give it a size and a scale")
     return False

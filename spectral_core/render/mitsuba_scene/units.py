@@ -26,6 +26,7 @@ from spectral_core.scene import (
     Scene,
     Subsurface,
     SunLight,
+    VolumeObject,
 )
 from spectral_core.scene.geometry import placed_boxes
 from spectral_core.scene.shading.moved import Result, Units, in_units
@@ -184,10 +185,8 @@ def _result_in(value: Any, units: Units, result: Result) -> Any:
 def in_working_units(scene: Scene, radius: float) -> Scene:
     """The scene scaled to a radius of 1 if it is so small that the offset of rays would exceed its details; the light
     stays the same.
-
-    Sampled volumes state extinction per unit of length, so a scene with volumes is not scaled.
     """
-    if radius >= SMALLEST_RADIUS or scene.volumes or not radius > 0:
+    if radius >= SMALLEST_RADIUS or not radius > 0:
         return scene
     factor = 1.0 / radius
     units = Units(factor)
@@ -199,6 +198,7 @@ def in_working_units(scene: Scene, radius: float) -> Scene:
         ),
         lights=tuple(_light(item, factor) for item in in_renderer_units(scene.lights, units)),
         materials=tuple(_material(item, factor) for item in in_renderer_units(scene.materials, units)),
+        volumes=tuple(_volume(item, factor) for item in scene.volumes),
         world=replace(scene.world, medium=_medium(scene.world.medium, factor)),
     )
 
@@ -248,3 +248,14 @@ def _medium(medium: ScatteringMedium | None, factor: float) -> ScatteringMedium 
     if grid is not None:
         grid = replace(grid, world_from_index=_scaled(grid.world_from_index, factor))
     return replace(medium, density=medium.density / factor, emission_strength=strength, grid=grid)
+
+
+def _volume(volume: VolumeObject, factor: float) -> VolumeObject:
+    """Extinction, emission and gradients of a transfer function are per unit of length."""
+    materials = []
+    for item in volume.transfer.materials:
+        steps = item.gradient_values
+        changes = {"extinction": item.extinction / factor, "gradient_values": None if steps is None else steps / factor}
+        materials.append(replace(item, emission=item.emission / factor, **changes))
+    transfer = replace(volume.transfer, materials=tuple(materials))
+    return replace(volume, world_from_index=_scaled(volume.world_from_index, factor), transfer=transfer)

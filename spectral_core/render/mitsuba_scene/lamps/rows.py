@@ -115,7 +115,7 @@ def _panel(context: Context, lights: LightList, light: AreaLight, color: Color |
     front = np.cross(half[:, 0], half[:, 1])
     center = light.world_from_light[:3, 3]
     area = 4.0 * float(np.linalg.norm(front)) * (np.pi / 4 if light.shape == "ellipse" else 1.0)
-    if not has_area(context, light, area, float(np.abs(center).max() + np.abs(half).max())):
+    if not has_area(context, light, area):
         return None
     # mirroring reverses the order of the corners, but not the emitting side
     normal = front / np.linalg.norm(front) * (1.0 if np.linalg.det(axes) >= 0 else -1.0)
