@@ -67,19 +67,20 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
     if not (render.use_motion_blur and getattr(depsgraph.view_layer_eval, "use_motion_blur", True)):
         return scene
     frame, subframe = int(source.frame_current), float(source.frame_subframe)
-    first = frame + subframe + SHIFTS[render.motion_blur_position] * render.motion_blur_shutter
+    shutter = float(render.motion_blur_shutter)  # the frame's: it may be animated, and other instants are evaluated
+    first = frame + subframe + SHIFTS[render.motion_blur_position] * shutter
     chosen = camera if camera is not None else source.camera
     parts = _parts_of_all(depsgraph)
     most = max([motion for motion, _ in parts.values()] + [_parts(chosen)[0] if chosen else 0, 2])
     named = _named(depsgraph)
     keys: dict[int, _Key] = {}
     shown: dict[int, _Key] = {}
-    open_s = render.motion_blur_shutter * render.fps_base / render.fps
+    open_s = shutter * render.fps_base / render.fps
     try:
         for places in ((0, most // 2, most), range(most + 1)):
             for place in places:
                 if place not in keys:
-                    time = first + render.motion_blur_shutter * place / most
+                    time = first + shutter * place / most
                     frame_set(int(np.floor(time)), float(time - np.floor(time)))
                     keys[place], steps = _key(depsgraph, camera, parts, named)
             middle = keys[most // 2]
