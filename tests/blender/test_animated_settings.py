@@ -12,8 +12,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from blender_addon.commands import _blend
-from tests.blender.test_motion import fly, moments, places  # noqa: F401
+from blender_addon.commands import _blend  # noqa: E402
+from tests.blender.test_motion import fly, moments, places  # noqa: E402, F401
 
 SAMPLES, SEED = "spectral.render.samples", "spectral.render.seed"
 
