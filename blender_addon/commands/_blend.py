@@ -98,7 +98,8 @@ def require_blender() -> None:
 def _given(arguments: argparse.Namespace) -> dict[str, Any]:
     """The render settings of this extension that are given."""
     numbers, transport, denoise = _numbers(arguments), arguments.transport, getattr(arguments, "denoise", None)
-    given: dict[str, Any] = numbers | {"goal": GOALS[name] for name in numbers if name in GOALS}
+    goals = [GOALS[name] for name in numbers if name in GOALS]
+    given: dict[str, Any] = numbers | ({"goal": goals[-1]} if goals else {})
     given |= {} if denoise is None else {"denoise": denoise}
     return given | ({} if transport is None else {"transport": transport.upper()})
 
