@@ -66,6 +66,7 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     """
     path = scene_file(arguments)
     bpy = _bpy()
+    from ..editing.animation import still
     from ..properties.render import ENGINE
 
     _require_values(arguments)
@@ -76,15 +77,11 @@ def open_scene(arguments: argparse.Namespace) -> Any:
     scene = bpy.context.scene
     scene.render.engine = ENGINE
     settings = scene.spectral.render
-    for name, number in _numbers(arguments).items():
-        setattr(settings, name, number)
-        settings.goal = GOALS.get(name, settings.goal)
-    if getattr(arguments, "denoise", None) is not None:
-        settings.denoise = arguments.denoise
-    if arguments.percentage is not None:
+    for name, value in _given(arguments).items():
+        still(scene, settings.path_from_id(name))
+        setattr(settings, name, value)
+    if arguments.percentage is not None:  # Blender animates no size
         scene.render.resolution_percentage = arguments.percentage
-    if arguments.transport is not None:
-        settings.transport = arguments.transport.upper()
     for effect, value in _overrides(arguments.overrides).items():
         entry = settings.overrides.get(effect) or settings.overrides.add()
         entry.name, entry.value = effect, value
@@ -96,6 +93,15 @@ def open_scene(arguments: argparse.Namespace) -> Any:
 def require_blender() -> None:
     """Load Blender's Python module with the extension enabled. Raises MissingDependencyError if it is absent."""
     _bpy()
+
+
+def _given(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The render settings of this extension that are given."""
+    numbers, transport, denoise = _numbers(arguments), arguments.transport, getattr(arguments, "denoise", None)
+    goals = [GOALS[name] for name in numbers if name in GOALS]
+    given: dict[str, Any] = numbers | ({"goal": goals[-1]} if goals else {})
+    given |= {} if denoise is None else {"denoise": denoise}
+    return given | ({} if transport is None else {"transport": transport.upper()})
 
 
 def _numbers(arguments: argparse.Namespace) -> dict[str, float]:

@@ -10,12 +10,14 @@ from itertools import islice
 from typing import Any
 
 import bpy
+import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Instance, Light, Material, Mesh, VolumeObject
 
 from .. import compat
-from .camera.identities import Identity, identities_of
+from .camera.identities import Identity, Owners, identities_of, owners_of
 from .context import Translation, overridden
 from .ledger import note_changed, note_nodes
 from .lighting.placed import place_light, relit
@@ -53,6 +55,8 @@ class Collected:
     linking: Linking = field(default_factory=Linking)
     volume_owners: list[tuple[str, Any, Any]] = field(default_factory=list)
     """Of each volume with a transfer function the object's name, the original object, and what shows it."""
+    volume_places: dict[str, tuple[Owners, NDArray[np.float64]]] = field(default_factory=dict)
+    """By the name of a volume: its object and what shows it, and world_from_object."""
     points: InstancePoints = field(default_factory=InstancePoints)
     """The instances of each instancer as points."""
     originals: list[Any] = field(default_factory=list)
@@ -244,6 +248,8 @@ def _collect_volume(found: Collected, obj: Any, instance: Any) -> None:
     if samples:
         volume = translate_volume(found, found.unique("volume", obj.name_full), obj, instance)
         found.volumes.append(replace(volume, hidden_from=seen["hidden_from"]))
+        place = np.array(instance.matrix_world, dtype=np.float64)
+        found.volume_places[volume.name] = owners_of(instance), place
         found.volume_owners.append((obj.name, obj.original, shown_by(instance)))
         return
     override = overridden(found.translation.depsgraph, "material_override")

@@ -100,8 +100,8 @@ class Culling:
 
     def __init__(self, translation: Translation, *, is_render: bool) -> None:
         scene, depsgraph = translation.scene, translation.depsgraph
-        render, camera = translation.render, scene.camera
-        usable = render.use_simplify and not render.use_multiview and camera is not None and camera.type == "CAMERA"
+        render, camera, own = translation.render, scene.camera, scene.render
+        usable = own.use_simplify and not own.use_multiview and camera is not None and camera.type == "CAMERA"
         usable = usable and camera.data.type in ("PERSP", "ORTHO")
         self._depsgraph = depsgraph
         self.margin = float(cycles_settings(scene, "camera_cull_margin", 0.0))

@@ -8,24 +8,42 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spectral_core.scene.camera import Camera
-from spectral_core.scene.geometry import Instance, Mesh
+from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedVolume:
+    """Where a volume of the frame is at another instant. ``world_from_index``: (4, 4), as that of a VolumeObject."""
+
+    name: str
+    world_from_index: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
-    """One instant: its camera, and the instances and meshes (by the frame's names) that differ from the frame."""
+    """One instant: its camera, and the instances, meshes and volumes (by the frame's names) that differ from the
+    frame.
+    """
 
     camera: Camera
     instances: tuple[Instance, ...] = ()
     meshes: tuple[Mesh, ...] = ()
+    volumes: tuple[MovedVolume, ...] = ()
 
 
 def merged(kept: tuple[Any, ...], changed: tuple[Any, ...]) -> tuple[Any, ...]:
     """Named items, with changed ones in place of those of equal names."""
     by_name = {item.name: item for item in changed}
     return tuple(by_name.get(item.name, item) for item in kept)
+
+
+def displaced(volumes: tuple[VolumeObject, ...], moved: tuple[MovedVolume, ...]) -> tuple[VolumeObject, ...]:
+    """Volumes of the frame, with those of equal names at the places of ``moved``."""
+    places = {item.name: item.world_from_index for item in moved}
+    return tuple(replace(item, world_from_index=places[item.name]) if item.name in places else item for item in volumes)
 
 
 def following(moments: Iterable[Moment], instances: Iterable[Instance]) -> tuple[Moment, ...]:

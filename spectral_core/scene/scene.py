@@ -16,7 +16,7 @@ from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.scene.camera import Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
-from spectral_core.scene.motion import Moment, merged
+from spectral_core.scene.motion import Moment, displaced, merged
 from spectral_core.scene.paint import Paint, Scalar
 from spectral_core.scene.passes import Passes
 from spectral_core.scene.rays import UNLIMITED_PATHS, LightPaths
@@ -121,7 +121,10 @@ class Scene:
     def at(self, moment: Moment) -> Scene:
         """The scene at one of its moments."""
         instances, meshes = merged(self.instances, moment.instances), merged(self.meshes, moment.meshes)
-        return dataclasses.replace(self, camera=moment.camera, instances=instances, meshes=meshes, moments=())
+        volumes = displaced(self.volumes, moment.volumes)
+        return dataclasses.replace(
+            self, camera=moment.camera, instances=instances, meshes=meshes, volumes=volumes, moments=()
+        )
 
     def __post_init__(self) -> None:
         require_kind("camera of the scene", self.camera, Camera)

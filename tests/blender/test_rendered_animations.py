@@ -134,3 +134,21 @@ def test_a_frame_without_objects_has_no_note_about_its_size(build, animation):
     first, last = animation()
     np.testing.assert_allclose((first[0], last[0]), (0.0, 0.5), rtol=1e-3)
     assert [entry.notes for entry in jobs.records] == [(), ()]
+
+
+def test_a_film_becomes_transparent(build, animation):
+    """As in Cycles: it stayed as it was in the file's own frame."""
+    keyed(bpy.context.scene.render, "film_transparent", False, True)
+    first, last = animation()
+    np.testing.assert_allclose((first, last), [(0, 0, 0, 1), (0, 0, 0, 0)], atol=1e-6)
+
+
+def test_simplify_culls_from_the_frame_on_in_which_it_is_on(build, animation):
+    """As in Cycles: it stayed as it was in the file's own frame."""
+    scene = bpy.context.scene
+    plane = build.plane(size=3.0, material=build.material(shader="ShaderNodeEmission", Color=(0.5, 0.5, 0.5, 1.0)))
+    scene.cycles.use_distance_cull = plane.cycles.use_distance_cull = True
+    scene.cycles.distance_cull_margin = 2.0  # the camera is 5 above the plane
+    keyed(scene.render, "use_simplify", False, True)
+    first, last = animation()
+    np.testing.assert_allclose((first[0], last[0]), (0.5, 0.0), rtol=1e-3)

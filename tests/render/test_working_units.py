@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core.render.mitsuba_scene.units import at_origin, in_working_units
+from spectral_core.render.mitsuba_scene.units import at_origin, in_working_units, moved
 from spectral_core.scene import (
     AreaLight,
     Camera,
@@ -17,13 +17,16 @@ from spectral_core.scene import (
     Film,
     Instance,
     Material,
+    Moment,
     Passes,
     RenderSettings,
     Scene,
     Subsurface,
+    VolumeObject,
     World,
     gray,
 )
+from spectral_core.scene.motion import MovedVolume
 from spectral_core.scene.shading.moved import Units, in_units
 from spectral_core.scene.shading.program import Builder
 from tests.render.scenes import matrix, plane, sphere_mesh
@@ -153,6 +156,15 @@ def test_a_picture_depends_neither_on_place_nor_on_size(place, scale):
     found = render_scene(_still(place, scale, _checks(place, scale))).pixels
     blocks = [picture.reshape(6, 4, 6, 4, 4).mean((1, 3)) for picture in (expected, found)]
     np.testing.assert_allclose(blocks[1], blocks[0], rtol=0.02, atol=0.005)
+
+
+def test_volumes_that_move_are_brought_to_the_origin_with_the_scene():
+    place = matrix((1000.0, 0, 0), 1.0)
+    volume = VolumeObject("smoke", np.zeros((2, 2, 2)), place, None)
+    moment = Moment(Camera(world_from_camera=place), volumes=(MovedVolume("smoke", place),))
+    scene = moved(replace(_still((1000.0, 0, 0)), volumes=(volume,), moments=(moment,)), np.array((1000.0, 0, 0)))
+    for each in (scene, scene.at(scene.moments[0])):
+        np.testing.assert_array_equal(each.volumes[0].world_from_index, np.eye(4))
 
 
 def test_subsurface_light_reaches_equally_far_in_a_small_scene():

@@ -127,7 +127,7 @@ def _focus_distance(lens: Any, matrix: np.ndarray) -> float:
 def translate_film(scene: Any, samples: int, seed: int, render: Any = None) -> Film:
     """Film of a scene's output settings: percentage and border count, as Blender computes them.
 
-    ``render``: the settings of the running render, None for the scene's.
+    ``render``: the settings of the running render, of which size and border count, None for the scene's.
     """
     render = scene.render if render is None else render
     width, height = frame_in_pixels(render)
@@ -138,7 +138,7 @@ def translate_film(scene: Any, samples: int, seed: int, render: Any = None) -> F
         seed=seed,
         crop=border_in_pixels(render, width, height),
         pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
-        transparent=render.film_transparent,
+        transparent=scene.render.film_transparent,  # may be animated, which the running render's are not
         transparent_glass=bool(cycles_settings(scene, "film_transparent_glass", False)),
         **pixel_filter_of(scene),
         exposure=float(cycles_settings(scene, "film_exposure", 1.0)),

@@ -3,13 +3,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 from mathutils import Matrix
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Key = TypeVar("Key")
+
+
+def around(keys: Sequence[Key], parts: int, time: float) -> tuple[Key, Key, float]:
+    """The evaluated instants before and after a time, and its share of the way; what stands still has the middle."""
+    last = len(keys) - 1
+    if parts == 0:
+        return keys[last // 2], keys[last // 2], 0.0
+    number = min(int(time * parts), parts - 1)
+    return keys[number * last // parts], keys[(number + 1) * last // parts], time * parts - number
 
 
 def between(first: Array, last: Array, share: float) -> Array:

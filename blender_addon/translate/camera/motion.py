@@ -23,8 +23,9 @@ from ..meshes.velocities import flown
 from ..objects import collect
 from ..visibility import cycles_settings
 from . import translate_camera
-from .between import between
+from .between import around, between
 from .identities import Named, Owners, as_in_the_middle, owners_of, shown_in_the_middle
+from .moved_volumes import Places, VolumesInMotion, places_in_frame
 
 FEWEST, MOST = 8, 32
 """Least and largest number of instants of a picture with motion."""
@@ -45,6 +46,7 @@ class _Key:
     shapes: dict[str, Mesh]
     lights: dict[str, Light]
     materials: dict[str, Material]
+    volumes: Places
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,19 +69,21 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
     if not (render.use_motion_blur and getattr(depsgraph.view_layer_eval, "use_motion_blur", True)):
         return scene
     frame, subframe = int(source.frame_current), float(source.frame_subframe)
-    first = frame + subframe + SHIFTS[render.motion_blur_position] * render.motion_blur_shutter
+    shutter = float(render.motion_blur_shutter)  # the frame's: it may be animated, and other instants are evaluated
+    first = frame + subframe + SHIFTS[render.motion_blur_position] * shutter
     chosen = camera if camera is not None else source.camera
     parts = _parts_of_all(depsgraph)
     most = max([motion for motion, _ in parts.values()] + [_parts(chosen)[0] if chosen else 0, 2])
     named = _named(depsgraph)
+    in_frame = places_in_frame(depsgraph, scene)
     keys: dict[int, _Key] = {}
     shown: dict[int, _Key] = {}
-    open_s = render.motion_blur_shutter * render.fps_base / render.fps
+    open_s = shutter * render.fps_base / render.fps
     try:
         for places in ((0, most // 2, most), range(most + 1)):
             for place in places:
                 if place not in keys:
-                    time = first + render.motion_blur_shutter * place / most
+                    time = first + shutter * place / most
                     frame_set(int(np.floor(time)), float(time - np.floor(time)))
                     keys[place], steps = _key(depsgraph, camera, parts, named)
             middle = keys[most // 2]
@@ -87,14 +91,18 @@ def with_motion(scene: Scene, depsgraph: Any, camera: Any, frame_set: Callable[[
             scene = shown_in_the_middle(scene, [keys[k].placed for k in sorted(keys)], particles)
             scene = as_in_the_middle(scene, middle.placed, middle.shapes, middle.materials, particles)
             shown = {place: _flown(keys[place], middle, open_s * (place / most - 0.5)) for place in keys}
-            if not any(_moves(scene, key, steps) for key in shown.values()):
-                return _in_the_middle(scene, list(keys.values()), middle)
+            volumes = VolumesInMotion(in_frame, [keys[place].volumes for place in sorted(keys)], parts)
+            if not (volumes.any_moves() or any(_moves(scene, key, steps) for key in shown.values())):
+                return _in_the_middle(scene, list(keys.values()), middle, volumes)
     finally:
         frame_set(frame, subframe)
     count = int(np.clip(scene.film.samples // SAMPLES_PER_MOMENT, FEWEST, MOST))
     ordered = [shown[place] for place in range(most + 1)]
     ordered, notes = _completed(scene, ordered)
-    moments = tuple(_moment(scene, ordered, steps, float(time)) for time in instants(render, count))
+    moments = tuple(
+        replace(_moment(scene, ordered, steps, float(time)), volumes=volumes.at(scene, float(time)))
+        for time in instants(render, count)
+    )
     lights = _lights(scene, list(keys.values()), keys[most // 2])
     return replace(scene, moments=moments, lights=lights, notes=(*scene.notes, *notes))
 
@@ -105,9 +113,10 @@ def _flown(key: _Key, middle: _Key, seconds: float) -> _Key:
     return replace(key, shapes=key.shapes | shapes)
 
 
-def _in_the_middle(scene: Scene, keys: list[_Key], middle: _Key) -> Scene:
+def _in_the_middle(scene: Scene, keys: list[_Key], middle: _Key, volumes: VolumesInMotion) -> Scene:
     """A scene in which nothing is blurred: it is shown in the middle of the shutter's open time, as in Cycles."""
     moment = _moment(scene, _completed(scene, [middle] * 3)[0], _Steps(0, {}, {}), 0.5)
+    moment = replace(moment, volumes=volumes.at(scene, 0.5))
     return replace(scene.at(moment), lights=_lights(scene, keys, middle))
 
 
@@ -184,6 +193,7 @@ def _key(depsgraph: Any, camera: Any, parts: dict[Owners, tuple[int, int]], name
         {mesh.name: mesh for mesh in found.meshes.values() if mesh is not None},
         {light.name: light for light in found.lights},
         {material.name: material for material in found.materials},
+        found.volume_places,
     )
     meshes = {item.mesh: deforming for item, (_, deforming) in own}  # the last instance decides, as in Cycles
     moving = parts.get((chosen.original.session_uid, 0), (2, 2))[0] if chosen is not None else 0
@@ -238,27 +248,18 @@ def _same_place(one: Instance, other: Instance) -> bool:
     return bool(np.array_equal(one.world_from_object, other.world_from_object))
 
 
-def _around(keys: list[_Key], parts: int, time: float) -> tuple[_Key, _Key, float]:
-    """The evaluated instants before and after a time, and its share of the way; what stands still has the middle."""
-    last = len(keys) - 1
-    if parts == 0:
-        return keys[last // 2], keys[last // 2], 0.0
-    number = min(int(time * parts), parts - 1)
-    return keys[number * last // parts], keys[(number + 1) * last // parts], time * parts - number
-
-
 def _moment(scene: Scene, keys: list[_Key], steps: _Steps, time: float) -> Moment:
     """The scene at a time, in shares of the shutter's open time; ``keys``: as ``_completed`` gives them."""
     instances = []
     for item in scene.instances:
-        one, other, share = _around(keys, steps.instances.get(item.name, 0), time)
+        one, other, share = around(keys, steps.instances.get(item.name, 0), time)
         first, last = (key.placed[item.name].world_from_object for key in (one, other))
         placed = between(first, last, share)
         if not np.array_equal(placed, item.world_from_object):
             instances.append(replace(item, world_from_object=placed))
     meshes = []
     for mesh in scene.meshes:
-        one, other, share = _around(keys, steps.meshes.get(mesh.name, 0), time)
+        one, other, share = around(keys, steps.meshes.get(mesh.name, 0), time)
         shape = _blend(mesh, one.shapes[mesh.name], other.shapes[mesh.name], share)
         if not same_mesh(mesh, shape):
             meshes.append(shape)
@@ -279,11 +280,11 @@ def _blend(mesh: Mesh, one: Mesh, other: Mesh, share: float) -> Mesh:
 
 def _seen_from(camera: Camera, keys: list[_Key], parts: int, time: float) -> Camera:
     """The camera at a time. It turns and moves in ``parts``; its view widens along two straight lines, as in Cycles."""
-    one, other, share = _around(keys, parts, time)
+    one, other, share = around(keys, parts, time)
     placed = between(one.camera.world_from_camera, other.camera.world_from_camera, share)
     if not parts:
         return replace(camera, world_from_camera=placed)
-    one, other, share = _around(keys, 2, time)
+    one, other, share = around(keys, 2, time)
     first, last = (np.tan(key.camera.field_of_view_rad / 2) for key in (one, other))
     angle = 2 * float(np.arctan(first * (1 - share) + last * share))
     return replace(camera, world_from_camera=placed, field_of_view_rad=angle)

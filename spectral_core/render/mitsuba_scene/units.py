@@ -137,6 +137,7 @@ def moved(scene: Scene, shift: Array) -> Scene:
                 moment,
                 camera=put((moment.camera,), "world_from_camera")[0],
                 instances=put(moment.instances, "world_from_object"),
+                volumes=put(moment.volumes, "world_from_index"),
             )
             for moment in scene.moments
         ),
