@@ -16,6 +16,7 @@ from spectral_core.render.lights.listing import LightList
 from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene import light
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.fluorescent import has_dyes
 from spectral_core.render.mitsuba_scene.kept import keep
 from spectral_core.render.mitsuba_scene.lamps.rows import add_lamp, add_world
 from spectral_core.render.mitsuba_scene.lamps.weights import chosen_emitters
@@ -98,6 +99,7 @@ def load_scene(
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
+    context.has_dyes = spectral and has_dyes(scene)
     context.filter_glossy = scene.settings.light_paths.filter_glossy
     context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}

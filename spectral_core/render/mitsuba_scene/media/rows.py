@@ -13,6 +13,7 @@ from spectral_core.render.mitsuba_scene.context import Context
 from spectral_core.render.mitsuba_scene.media.grid import grid_row, slots_of
 from spectral_core.render.trace.media.table import MediumRow
 from spectral_core.scene import Color, Paint, ScatteringMedium, gray
+from spectral_core.scene.fluorescent import EXCITED_NM
 from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
@@ -42,7 +43,9 @@ def medium_row(context: Context, medium: ScatteringMedium, subject: str, group: 
         largest, spectra = (float(np.max(scattered)), float(np.max(absorbed))), medium.grid.spectra
         own = None
         if spectra is not None:
-            own = tuple(tuple(_texture(context, each.at(WAVELENGTHS_NM)) for each in of_slot) for of_slot in spectra)
+            own = tuple(
+                tuple(_texture(context, each.at(_traced_nm(context))) for each in of_slot) for of_slot in spectra
+            )
         rgb = tints if any(colored) and own is None else None
         grid = grid_row(medium.grid, largest, rgb, own, emits=bool(emission[0] > 0))
     emitted = None
@@ -53,10 +56,10 @@ def medium_row(context: Context, medium: ScatteringMedium, subject: str, group: 
 
 
 def _values(context: Context, color: Paint, subject: str) -> Array:
-    """A color as linear RGB (3,), or per wavelength of ``WAVELENGTHS_NM`` in spectral transport; it may exceed 1."""
+    """A color as linear RGB (3,), or per wavelength of ``_traced_nm`` in spectral transport; it may exceed 1."""
     if isinstance(color, Spectrum):
         if context.spectral:
-            return np.maximum(color.at(WAVELENGTHS_NM), 0.0)
+            return np.maximum(color.at(_traced_nm(context)), 0.0)
         return np.maximum(paint.daylight_rgb(color), 0.0)
     if not isinstance(color, Color):
         context.note(subject, "has a volume whose color varies; it is rendered gray")
@@ -65,7 +68,7 @@ def _values(context: Context, color: Paint, subject: str) -> Array:
     if not context.spectral:
         return np.asarray(rgb)
     size = max(float(rgb.max()), 1.0)
-    return np.asarray(upsampled(rgb / size, WAVELENGTHS_NM) * size)
+    return np.asarray(upsampled(rgb / size, _traced_nm(context)) * size)
 
 
 def _texture(context: Context, values: Array) -> Any:
@@ -73,5 +76,11 @@ def _texture(context: Context, values: Array) -> Any:
     if not context.spectral:
         rgb = np.broadcast_to(values, (3,))
         return context.load({"type": "srgb", "color": [float(v) for v in rgb], "unbounded": True})
-    full = np.broadcast_to(values, WAVELENGTHS_NM.shape)
-    return paint.sampled_spectrum(context, Spectrum("medium", SpectralGrid(WAVELENGTHS_NM), np.array(full)))
+    nm = _traced_nm(context)
+    full = np.broadcast_to(values, nm.shape)
+    return paint.sampled_spectrum(context, Spectrum("medium", SpectralGrid(nm), np.array(full)))
+
+
+def _traced_nm(context: Context) -> Array:
+    """Wavelengths of the tables of media: the visible ones, and the ultraviolet that excites the scene's dyes."""
+    return EXCITED_NM if context.has_dyes else WAVELENGTHS_NM
