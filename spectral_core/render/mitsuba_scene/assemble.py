@@ -21,6 +21,7 @@ from spectral_core.render.mitsuba_scene.kept import keep
 from spectral_core.render.mitsuba_scene.lamps.rows import add_lamp, add_world
 from spectral_core.render.mitsuba_scene.lamps.weights import chosen_emitters
 from spectral_core.render.mitsuba_scene.media.around import media_at, overlapping_media
+from spectral_core.render.mitsuba_scene.media.rows import clear_row
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, STRAND, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
@@ -183,6 +184,8 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
         if instance.name in bits:
             rules.links.append((source, bits[instance.name].bit_length() - 1))
     around = shapes.fill(scene.world.medium, "World", scene.world.group)
+    if not shapes.media and shapes.has_clear_borders:  # without any medium these would be opaque
+        shapes.media.append(clear_row(shapes.context))
     rules.media, rules.inside, rules.unlit_media = shapes.media, shapes.inside, shapes.unlit_media
     if rules.media:
         eye = scene.camera.world_from_camera[:3, 3]
