@@ -260,11 +260,12 @@ def _luminances(mixing: "LiveMix") -> np.ndarray:
 
 def _mixed_spectrum(dial: PropertyGroup, transport: "Transport", shares: np.ndarray) -> "Illuminant":
     """Sum of the lights' spectra, each with its luminance in the picture."""
-    from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, SpectralGrid
+    from spectral_core.scene.fluorescent import EXCITED_NM  # dyes need the ultraviolet of lamps
+    from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 
     from ..translate.spectra import catalogue
 
-    grid = SpectralGrid(WAVELENGTHS_NM)
+    grid = SpectralGrid(EXCITED_NM)
     total = np.zeros(grid.size)
     for bulb, light, share in zip(dial.bulbs, transport.lights, shares, strict=True):
         if share == 0:

@@ -140,9 +140,9 @@ def _environment_of(context: Context, world: World, pixels: NDArray[np.float32])
             parameters.update()
 
         context.switches.setdefault(world.group, []).append(switch)
-    if context.spectral and context.white is not None:
+    if context.spectral and (context.white is not None or context.has_dyes):  # Mitsuba's D65 begins at 360 nm
         daylight = context.load({"type": "d65", "scale": unit})
-        white = paint.sampled_spectrum(context, context.white)
+        white = paint.sampled_spectrum(context, context.white or paint.white_light())
         parts = {"environment": emitter, "white": white, "daylight": daylight}
         return context.load({"type": "tinted_environment", **parts})
     return emitter

@@ -20,9 +20,10 @@ from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.render.volumes import require_lighting
 from spectral_core.scene import Instance, Material, MediumGrid, Note, ScatteringMedium, Scene, VolumeObject, gray
+from spectral_core.scene.fluorescent import EXCITED_NM
 from spectral_core.scene.geometry import BORDER_MARGIN, index_box, unit_box
 from spectral_core.spectra.observer import STANDARD, observer
-from spectral_core.spectra.spectrum import WAVELENGTHS_NM, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
 from spectral_core.volume.transfer import Material as VolumeMaterial
 
@@ -152,7 +153,7 @@ def _coefficients(
 
 def _spectra(volume: VolumeObject) -> tuple[tuple[Spectrum, ...], tuple[Spectrum, ...], tuple[Spectrum, ...]]:
     """Spectra of the scattering, the absorption and the emission of each material, of the emission relative to D65."""
-    transfer, nm = volume.transfer, WAVELENGTHS_NM
+    transfer, nm = volume.transfer, EXCITED_NM
     colors = np.array([np.interp(nm, transfer.wavelengths_nm, each, left=0.0, right=0.0) for each in transfer.colors])
     white = white_light().at(nm) * observer(STANDARD).cmfs[1].sum()
     scattered = np.array([_reflects(material, volume) for material in transfer.materials])[:, None] * colors.clip(0, 1)

@@ -15,12 +15,12 @@ from spectral_core.errors import InvalidInputError, counted
 from spectral_core.scene.paint import Color, Paint, gray, require_paint
 from spectral_core.scene.shading.program import Computed
 from spectral_core.spectra.fluorescence import ENERGY_SLACK, FluorescentDye, require_energy, share_per_amount
-from spectral_core.spectra.spectrum import LAST_NM, Spectrum
+from spectral_core.spectra.spectrum import EXCITING_NM, LAST_NM, Spectrum
 from spectral_core.spectra.upsample import upsampled
 
 Array = NDArray[np.float64]
 
-EXCITED_NM: Array = np.arange(300.0, LAST_NM + 1)
+EXCITED_NM: Array = np.arange(EXCITING_NM, LAST_NM + 1, dtype=np.float64)
 """Wavelengths at which light can excite dyes: ultraviolet from 300 nm on, and all traced wavelengths."""
 EXCITED_NM.setflags(write=False)
 

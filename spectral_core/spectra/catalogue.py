@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from spectral_core.checks import require_kind, require_range, require_text
 from spectral_core.errors import UnknownNameError
-from spectral_core.spectra.spectrum import WAVELENGTHS_NM, Illuminant, Reflectance, SpectralGrid
+from spectral_core.spectra.spectrum import EXCITING_NM, LAST_NM, Illuminant, Reflectance, SpectralGrid
 
 ALIASES = {"sodium": "HP1", "high-pressure sodium": "HP1", "daylight": "D65", "tungsten": "A", "equal energy": "E"}
 """Common names of lamps, each with the measured lamp that it means."""
@@ -127,9 +127,12 @@ PLANCK = "Planck's law"
 
 
 def blackbody(temperature_k: float, grid: SpectralGrid | None = None) -> Illuminant:
-    """Planck's law, relative to its value at 560 nm, at ``temperature_k`` from 500 to 50,000 kelvin."""
+    """Planck's law, relative to its value at 560 nm, at ``temperature_k`` from 500 to 50,000 kelvin.
+
+    ``grid``: None for 300 to 830 nm in steps of 5 nm, so that its ultraviolet excites dyes as that of CIE's A does.
+    """
     kelvin = require_range("temperature", temperature_k, 500, 50_000, " K")
-    grid = SpectralGrid(WAVELENGTHS_NM[::5]) if grid is None else grid
+    grid = SpectralGrid(np.arange(EXCITING_NM, LAST_NM + 1, 5.0)) if grid is None else grid
     require_kind("the grid", grid, SpectralGrid, "such as SpectralGrid([400, 550, 700])")
     second_radiation_constant_nm_k = 1.438776877e7
 

@@ -18,7 +18,7 @@ from spectral_core.checks import require_kind, require_range, require_text
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import Observer, integration_points, xyz_of
-from spectral_core.spectra.spectrum import LAST_NM, SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import EXCITING_NM, LAST_NM, SpectralGrid, Spectrum
 
 Array = NDArray[np.float64]
 
@@ -173,7 +173,7 @@ def require_energy(name: str, wavelengths_nm: Array, reflected: Array, sent_out:
 
 def _grid_of_bell(center_nm: float, width_nm: float) -> SpectralGrid:
     """A grid of 5 nm, with closer knots around the middle of a bell whose standard deviation is below two steps."""
-    knots = np.arange(300.0, LAST_NM + 1, 5.0)
+    knots = np.arange(EXCITING_NM, LAST_NM + 1, 5.0)
     if width_nm < NARROW_BELL_NM:
         near = center_nm + width_nm * np.linspace(-5.0, 5.0, 41)
         knots = np.union1d(knots, near[(near > knots[0]) & (near < knots[-1])])

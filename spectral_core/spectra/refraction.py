@@ -15,13 +15,13 @@ import numpy as np
 
 from spectral_core.checks import require_range
 from spectral_core.errors import UnknownNameError
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import EXCITING_NM, LAST_NM, SpectralGrid, Spectrum
 
 D_NM, F_NM, C_NM = 587.5618, 486.1327, 656.2725
 """Fraunhofer's lines d (helium), F and C (hydrogen)."""
 ABBE_NUMBERS = (5.0, 200.0)
 """Range of Abbe numbers that are accepted; glasses have 20 to 95."""
-_STEPS = (300.0, 830.0, 5.0)
+_STEPS = (EXCITING_NM, LAST_NM, 5)
 """Knots in nm, from the ultraviolet that excites dyes on: from 360 nm on, straight lines between them are within 6e-5
 of the curve of any named glass.
 """

@@ -31,6 +31,8 @@ MOST_KNOTS = 1_000_000
 """Largest grid, more than any instrument resolves; a larger one is a mistake in the unit."""
 FIRST_NM, LAST_NM = 360, 830
 """Visible wavelengths: the range of the CIE's 2° tables (CIE 018:2019), which is all that Mitsuba traces."""
+EXCITING_NM = 300
+"""Shortest wavelength of light that dyes are excited by; light that is defined by a formula begins there."""
 WAVELENGTHS_NM: NDArray[np.float64] = np.arange(FIRST_NM, LAST_NM + 1, dtype=np.float64)
 """Every whole nm of the visible wavelengths, (471,)."""
 WAVELENGTHS_NM.setflags(write=False)

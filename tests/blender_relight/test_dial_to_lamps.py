@@ -121,6 +121,8 @@ def test_a_baked_lamp_keeps_lines_that_are_narrower_than_its_grid(center):
     wanted = sum(xyz_of(normalized(light)) for light in lights)
     found = xyz_of(mixed)
     assert found / found[1] == pytest.approx(wanted / wanted[1], rel=0.005)
+    tungsten = illuminant("A")
+    assert mixed.at(330.0) / mixed.at(700.0) == pytest.approx(tungsten.at(330.0) / tungsten.at(700.0), rel=0.01)
 
 
 def test_an_applied_lamp_is_as_bright_as_in_the_picture(stage, picture):

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("mitsuba")
 
-from benchmarks.render.cases.meshes import at, square
+from benchmarks.render.cases.meshes import at, box, square
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.paint.fluorescence import FluorescentSurface, led
 from spectral_core.render.job import RenderJob
@@ -23,12 +23,14 @@ from spectral_core.scene import (
     Film,
     Fluorescent,
     Glass,
+    ImageTexture,
     Instance,
     Material,
     MixSurface,
     RenderSettings,
     ScatteringMedium,
     Scene,
+    SunLight,
     World,
     gray,
 )
@@ -40,6 +42,7 @@ from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid
 
 GRID = SpectralGrid.uniform(360, 780, 10)
 DYE = FluorescentDye.gaussian("green", 405, 530)
+DYE_OF_ULTRAVIOLET = FluorescentDye.gaussian("ultraviolet", 345, 530, widths_nm=(12.0, 20.0))
 PAINT = FluorescentSurface(
     "paint", Reflectance("paint", GRID, 0.3 + 0.1 * np.sin(GRID.wavelengths_nm / 40)), (DYE,), np.array([0.4])
 )
@@ -243,3 +246,30 @@ def test_dispersive_panes_pass_the_ultraviolet_light_that_excites_dyes():
     bare = shown(scene)[0]
     assert colors[0][1] > 0.7 * bare[1]
     np.testing.assert_allclose(colors[1], colors[0], rtol=1e-4)
+
+
+def test_ultraviolet_light_of_an_environment_image_excites_dyes():
+    """Below 360 nm an image had no light: a dye of 345 nm had an eighth of its light in a world of one color."""
+    closure = Fluorescent(gray(0.0), (DYE_OF_ULTRAVIOLET,), (0.5,))
+    image = ImageTexture("sky", np.full((8, 16, 3), 1.0, np.float32), "linear")
+    (found, noise, _), (expected, more, _) = (shown(lit(closure, world, samples=64)) for world in (image, gray(1.0)))
+    assert expected[1] > 20 * more[1]
+    assert np.all(np.abs(found - expected) <= 4.5 * np.hypot(noise, more) + 1e-3)
+
+
+def test_fog_takes_the_ultraviolet_light_that_excites_dyes():
+    """Media began at 360 nm and were clear below, so that a dye of 345 nm behind dark fog was 6.4 times too bright."""
+    sun = SunLight(name="sun", world_from_light=np.eye(4), irradiance=np.pi, angle_rad=0.0)
+    scene = replace(lit(Fluorescent(gray(0.0), (DYE_OF_ULTRAVIOLET,), (0.5,)), gray(0.0), samples=64), lights=(sun,))
+    colors = []
+    for density in (0.0, 2.0):
+        fog = Material("fog", None, ScatteringMedium(density, gray(0.0)))
+        slab = Instance("slab", "box", at(0, 0, 10, scale=(50, 50, 0.5)), ("fog",))
+        behind = replace(
+            scene,
+            meshes=(*scene.meshes, box()),
+            materials=(*scene.materials, fog),
+            instances=(*scene.instances, slab),
+        )
+        colors.append(shown(behind)[0])
+    assert colors[1] == pytest.approx(np.exp(-2.0) * colors[0], rel=0.02)

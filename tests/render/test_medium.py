@@ -24,10 +24,11 @@ from spectral_core.scene import (
     RenderSettings,
     ScatteringMedium,
     Scene,
+    SunLight,
     World,
     gray,
 )
-from spectral_core.spectra.spectrum import SpectralGrid, Spectrum
+from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 from tests.render.scenes import lit_plane, matrix, plane, sphere_mesh
 
 pytest.importorskip("mitsuba")
@@ -67,6 +68,36 @@ def test_an_absorbing_slab_follows_beer_and_lambert(transport):
     scene = _in_white_world(ScatteringMedium(density=0.7, color=gray(0.0)), transport=transport)
     color = render_scene(scene).pixels[..., :3].mean(axis=(0, 1))
     assert color == pytest.approx([np.exp(-0.7 * 2)] * 3, rel=0.03)
+
+
+def test_a_medium_absorbs_a_line_between_two_whole_nm():
+    """Media had the values of their spectra at whole nm alone: this one was clear, and its object black."""
+    nm = 532.5 + np.array([-0.4, 0.0, 0.4])
+    absorbs = Spectrum("line", SpectralGrid(nm), np.array([0.0, 1.0, 0.0]))
+    laser = Illuminant("laser", SpectralGrid(532.5 + np.array([-0.2, 0.0, 0.2])), np.array([0.0, 1.0, 0.0]))
+    pictures = [
+        render_scene(replace(_in_white_world(medium, transport="spectral"), world=World(laser))).pixels[..., 1].mean()
+        for medium in (None, ScatteringMedium(1.0, gray(0.0), absorbs))
+    ]
+    away = np.linspace(0.0, 0.2, 2001)  # nm from the middle of both lines
+    share = np.average(np.exp(-2.0 * (1.0 - away / 0.4)), weights=1.0 - away / 0.2)
+    assert pictures[1] / pictures[0] == pytest.approx(share, rel=0.01)
+
+
+@pytest.mark.parametrize("fog", [None, ScatteringMedium(0.0)], ids=["alone", "in empty fog"])
+def test_an_object_whose_medium_shows_nothing_is_clear(fog):
+    """Where no medium of a scene showed anything, objects without a surface were black."""
+    infrared = Spectrum("infrared", SpectralGrid(np.array([900.0, 1000.0])), np.ones(2))
+    sun = SunLight(name="sun", world_from_light=matrix((0, 0, 5)), irradiance=np.pi, angle_rad=0.0)
+    scene = lit_plane(sun, camera=Camera(world_from_camera=matrix((0, 0, 0.5)), field_of_view_rad=0.05, near=0.01))
+    scene = replace(
+        scene,
+        meshes=(*scene.meshes, box()),
+        materials=(*scene.materials, Material("clear", None, ScatteringMedium(1.0, gray(0.0), infrared))),
+        instances=(*scene.instances, Instance("cube", "box", matrix((0, 0, 2)), ("clear",))),
+        world=World(medium=fog),
+    )
+    assert render_scene(scene).pixels[..., :3].mean() == pytest.approx(0.5, rel=0.01)
 
 
 def test_a_camera_inside_the_medium_sees_through_the_rest_of_it():

@@ -8,7 +8,8 @@ import pytest
 
 from spectral_core.errors import GridMismatchError, InvalidInputError, UnknownNameError
 from spectral_core.spectra import catalogue
-from spectral_core.spectra.observer import sum_of_lights, xyz_of
+from spectral_core.spectra.fluorescence import FluorescentDye
+from spectral_core.spectra.observer import normalized, sum_of_lights, xyz_of
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum, told_apart
 
 
@@ -123,6 +124,14 @@ def test_every_shipped_spectrum_can_be_read() -> None:
     assert len(patches) == 24
     assert all(light.values.max() > 0 for light in lights)
     assert catalogue.illuminant("sodium").name == "HP1"
+
+
+def test_a_blackbody_excites_dyes_as_the_same_light_of_the_cie() -> None:
+    """Its wavelengths began at 360 nm: a dye of 345 nm absorbed a sixth under 2856 K of what it absorbs under A."""
+    dye = FluorescentDye.gaussian("dye", 345, 530, widths_nm=(12.0, 20.0))
+    grid = SpectralGrid.uniform(300, 830, 5)
+    hot, cie = (normalized(catalogue.illuminant(name)) for name in ("blackbody 2855.5", "A"))
+    assert dye.absorbed_power(hot, grid) == pytest.approx(dye.absorbed_power(cie, grid), rel=0.01)
 
 
 def test_the_peak_of_a_blackbody_follows_wien() -> None:

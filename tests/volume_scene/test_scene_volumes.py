@@ -220,6 +220,14 @@ def test_the_box_of_a_volume_among_media_is_larger_than_its_voxels():
     np.testing.assert_allclose(corners[:3].T, [(-0.6,) * 3, (3.6,) * 3], atol=1e-9)
 
 
+def test_a_volume_among_media_takes_the_ultraviolet_light_that_excites_dyes():
+    from spectral_core.render.volumes_as_media import volumes_as_media
+
+    given = constant(np.full(31, 0.5), wavelengths=np.arange(400.0, 701.0, 10.0))
+    (item,) = volumes_as_media(scene(slab(given, lighting="scene")), spectral=True).materials
+    assert sum(part[0].at(340.0) for part in item.medium.grid.spectra[:2]) == 1.0
+
+
 def test_samples_of_a_volume_among_media_have_its_peaks():
     """A grid twice as fine as the voxels had no samples at their centers, and cut a peak of one voxel to 0.42."""
     from spectral_core.render.volumes_as_media import volumes_as_media

@@ -17,10 +17,12 @@ from spectral_core.render.lights.listing import LightList
 from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene import light
 from spectral_core.render.mitsuba_scene.context import Context
+from spectral_core.render.mitsuba_scene.fluorescent import has_dyes
 from spectral_core.render.mitsuba_scene.kept import keep
 from spectral_core.render.mitsuba_scene.lamps.rows import add_lamp, add_world
 from spectral_core.render.mitsuba_scene.lamps.weights import chosen_emitters
 from spectral_core.render.mitsuba_scene.media.around import media_at, meets_some, overlapping_media, ray_starts
+from spectral_core.render.mitsuba_scene.media.rows import clear_row
 from spectral_core.render.mitsuba_scene.paint import sampled_spectrum, unit_luminance
 from spectral_core.render.mitsuba_scene.rules import HOLDOUT, MOST_LINKED_LIGHTS, STRAND, RayRules
 from spectral_core.render.mitsuba_scene.shapes import Shapes
@@ -99,6 +101,7 @@ def load_scene(
     white = scene.settings.white
     unit_white = None if white is None else unit_luminance(white)
     context = Context(mitsuba, spectral, {} if groups else None, white=unit_white, movable=movable)
+    context.has_dyes = spectral and has_dyes(scene)
     context.filter_glossy = scene.settings.light_paths.filter_glossy
     context.lights = LightList(even=even) if own_lights else None
     description: dict[str, Any] = {"type": "scene"}
@@ -182,6 +185,8 @@ def _fill(rules: RayRules, bits: dict[str, int], shapes: Shapes, scene: Scene, l
         if instance.name in bits:
             rules.links.append((source, bits[instance.name].bit_length() - 1))
     around = shapes.fill(scene.world.medium, "World", scene.world.group)
+    if not shapes.media and shapes.has_clear_borders:  # without any medium these would be opaque
+        shapes.media.append(clear_row(shapes.context))
     rules.media, rules.inside, rules.unlit_media = shapes.media, shapes.inside, shapes.unlit_media
     if rules.media:
         movable = shapes.context.movable

@@ -50,6 +50,8 @@ class Context:
     """True if any surface has subsurface scattering."""
     has_disks: bool = False
     """True if some of it is by the profile of Christensen and Burley."""
+    has_dyes: bool = False
+    """True if ultraviolet light below the visible wavelengths is traced, too, because it excites dyes."""
     dyed: dict[str, Dyed] = field(default_factory=dict)
     """By material its fluorescent closures, in spectral transport."""
     material_of_shape: list[tuple[Any, str]] = field(default_factory=list)

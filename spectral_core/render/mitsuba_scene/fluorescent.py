@@ -78,6 +78,12 @@ def daylight_rgb(closure: Fluorescent, light: Spectrum | None = None) -> Any:
     return found
 
 
+def has_dyes(scene: Scene) -> bool:
+    """True if a material of the scene has an amount of a dye."""
+    every = (leaf for material in scene.materials for leaf in leaves(material.surface))
+    return any(isinstance(leaf, Fluorescent) and any(amount > 0 for amount in leaf.amounts) for leaf in every)
+
+
 def emission_spectra(scene: Scene, lights: Sequence[Spectrum]) -> list[Spectrum]:
     """Emission spectra of the dyes of a scene's materials: wavelengths to trace beside those of its ``lights``.
 

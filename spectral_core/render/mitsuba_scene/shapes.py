@@ -40,6 +40,8 @@ class Shapes:
         """Shapes that contain a medium: its number, from 1, with the bits of ``trace.media.table`` above it."""
         self.unlit_media: list[tuple[int, int]] = []
         """Media with light linking: the number, and the bits of the lights that do not illuminate it."""
+        self.has_clear_borders = False
+        """True if an object is only the border of a medium that is empty."""
         self._numbers: dict[tuple[str, str, int], int] = {}
         """Numbers of the media by material, by light group if that matters, and by the lights that leave them out."""
         passes = scene.settings.passes
@@ -191,6 +193,8 @@ class Shapes:
         if number:
             hidden = int(instance.hidden_from) << HIDDEN
             self.inside.append((shape, number | hidden | (ONLY_BORDER if material.surface is None else 0)))
+        elif medium is not None and material.surface is None:
+            self.has_clear_borders = True
 
     def _enter(self, material: Material) -> None:
         """Enter a material in the tables, once."""

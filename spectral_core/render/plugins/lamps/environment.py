@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``tinted_environment``: an environment image whose colors tint a white other than D65; ``signed_environment``: one
-with colors below zero, which take light away as in Cycles; ``patterned_environment``: one that sharp rays see in full
-detail.
+"""``tinted_environment``: an environment image whose colors tint another white than Mitsuba's D65;
+``signed_environment``: one with colors below zero, which take light away as in Cycles; ``patterned_environment``: one
+that sharp rays see in full detail.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import Any
 
 from spectral_core.render.plugins.lamps.patterns import lamp_place
 from spectral_core.render.plugins.paints.ray_marks import is_directed, is_sharp
+from spectral_core.spectra.spectrum import FIRST_NM
 
 
 def register(mi: Any, dr: Any) -> None:
@@ -18,7 +19,8 @@ def register(mi: Any, dr: Any) -> None:
     class TintedEnvironment(mi.Emitter):
         """``environment``: an ``envmap``, whose colors tint D65; ``white`` takes the place of ``daylight``, that D65.
 
-        Both whites are spectra with the same knots, so their quotient is exact at every wavelength.
+        Both whites are linear between their knots, so their quotient is exact at every wavelength. Mitsuba's D65 has no
+        ultraviolet below the visible wavelengths: there the colors have the tint of the shortest visible one.
         """
 
         def __init__(self, properties: Any) -> None:
@@ -31,17 +33,23 @@ def register(mi: Any, dr: Any) -> None:
         def set_scene(self, scene: Any) -> None:
             self.environment.set_scene(scene)
 
+        def visible(self, it: Any) -> Any:
+            """The point, at visible wavelengths."""
+            at = type(it)(it)
+            at.wavelengths = dr.maximum(it.wavelengths, FIRST_NM)
+            return at
+
         def tint(self, wavelengths: Any, active: Any) -> Any:
             si = dr.zeros(mi.SurfaceInteraction3f)
             si.wavelengths = wavelengths
-            day = self.daylight.eval(si, active)
+            day = self.daylight.eval(self.visible(si), active)
             return dr.select(day > 0.0, self.white.eval(si, active) / day, 0.0)
 
         def eval(self, si: Any, active: Any = True) -> Any:
-            return self.environment.eval(si, active) * self.tint(si.wavelengths, active)
+            return self.environment.eval(self.visible(si), active) * self.tint(si.wavelengths, active)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
-            ds, weight = self.environment.sample_direction(it, sample, active)
+            ds, weight = self.environment.sample_direction(self.visible(it), sample, active)
             ds.emitter = mi.EmitterPtr(self)
             return ds, weight * self.tint(it.wavelengths, active)
 
@@ -49,7 +57,7 @@ def register(mi: Any, dr: Any) -> None:
             return self.environment.pdf_direction(it, ds, active)
 
         def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-            return self.environment.eval_direction(it, ds, active) * self.tint(it.wavelengths, active)
+            return self.environment.eval_direction(self.visible(it), ds, active) * self.tint(it.wavelengths, active)
 
         def bbox(self) -> Any:
             return self.environment.bbox()
