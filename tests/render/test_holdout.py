@@ -13,6 +13,7 @@ import pytest
 from spectral_core.render import render_scene
 from spectral_core.render.catching import BUT_CAMERA
 from spectral_core.scene import (
+    AddSurface,
     Diffuse,
     Emission,
     Film,
@@ -72,6 +73,13 @@ def test_a_holdout_object_shows_what_is_behind_its_transparent_parts(is_image, r
     )  # fmt: skip
     expected = 0.75 * render_scene(plain).pixels.mean(axis=(0, 1))
     assert render_scene(behind).pixels.mean(axis=(0, 1)) == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("surface", [AddSurface(Holdout(), Holdout()), Transparent(gray(2.0))])
+def test_coverage_ends_at_zero(surface):
+    """Where more than all shines through; the alpha of such pixels was -1."""
+    scene = lit_plane(surface=surface, film=replace(FILM, transparent=True, samples=1), world=World(gray(1.0)))
+    assert render_scene(scene).pixels[..., 3] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_mirror_image_of_a_holdout_is_black():

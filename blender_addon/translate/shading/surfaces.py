@@ -80,7 +80,7 @@ def surface_of(reader: Reader, place: Input | None) -> Surface:
         return _closure(reader, source)
 
     found = folded(linked(place), made, None, places)
-    return BLACK if found is None else sums.settled(found, BLACK)
+    return BLACK if found is None else sums.settled(sums.held_out(found), BLACK)
 
 
 def _closure(reader: Reader, source: Output) -> Surface:

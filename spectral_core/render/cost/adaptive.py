@@ -277,7 +277,7 @@ class AdaptivePicture:
         total = np.maximum(2 * self.counts, 1)
         pixels = np.empty((len(total), 4), np.float32)
         pixels[:, :3] = self._sums.sum(axis=(0, 1)) / total[:, None]
-        pixels[:, 3] = self._covered / total
+        pixels[:, 3] = np.maximum(self._covered / total, 0.0)
         return pixels.reshape(height, width, 4)
 
     def noise_picture(self) -> NDArray[np.float32]:

@@ -242,7 +242,7 @@ class ViewPicture:
             colors = np.array(color, dtype=np.float32).T
             part[:, :3] = colors if self._launcher.plan is None else colors @ RGB_FROM_XYZ.T.astype(np.float32)
             part[:, :3] *= np.float32(self.request.exposure)
-            part[:, 3] = np.array(covered)
+            part[:, 3] = np.maximum(np.array(covered), 0.0)
             part /= self._counts[x, y]
             self._image[y :: self.stride, x :: self.stride] = part.reshape(self.rows, self.columns, 4)
         self._traced.clear()

@@ -270,7 +270,8 @@ class Accumulator:
             part = slice(tile.first, tile.first + tile.count)
             color = tile.mean(tile.sums).T
             pixels[part, :3] = color if self.plan is None else color @ RGB_FROM_XYZ.T
-            pixels[part, 3] = tile.mean(tile.covered)
+            # as in Cycles: sums of holdouts, and clear surfaces brighter than 1, let more than all through
+            pixels[part, 3] = np.maximum(tile.mean(tile.covered), 0.0)
         pixels[:, :3] *= self.film.exposure
         return pixels.reshape(height, width, 4)
 

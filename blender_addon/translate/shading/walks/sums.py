@@ -5,13 +5,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from spectral_core.scene import AddSurface, MixSurface, SumSurface, Surface, Weight
+from spectral_core.scene import AddSurface, Holdout, MixSurface, SumSurface, Surface, Weight
 
 from ..fields import Value, scalar_of
 from ..reader import Reader
 
 DEEPEST = 50
 """Mixes inside each other that are kept as such: a scene is sent to the renderer by recursion."""
+WHOLE_HOLDOUT = 1e-5
+"""Difference from 1 of the weights of Holdouts that make a surface a whole one."""
 Way = tuple[Weight, Value]
 """A weight, and the same as a result of the program."""
 
@@ -30,6 +32,33 @@ class Sums:
         made = MixSurface(scalar_of(share), first, second)
         self.shares[id(made)] = share
         return made
+
+    def held_out(self, surface: Surface) -> Surface:
+        """``surface``, of which the camera sees a hole alone where the weights of its Holdouts amount to 1.
+
+        There Cycles ends a path of the camera before all other closures, which only a sum adds to such Holdouts; all
+        other rays meet these closures.
+        """
+        order, _, _ = _order(surface, surface)
+        if not any(isinstance(item, Holdout) for item in order) or not any(isinstance(i, AddSurface) for i in order):
+            return surface
+        weights: dict[int, Value] = {}
+        for item in order:
+            if isinstance(item, (MixSurface, AddSurface)):
+                ends = weights[id(item.first)], weights[id(item.second)]
+                weights[id(item)] = (
+                    self.reader.emit("mix_number", self.shares[id(item)], *ends)
+                    if isinstance(item, MixSurface)
+                    else self.reader.emit("math", *ends, 0.0, settings=("ADD",))
+                )
+            else:
+                weights[id(item)] = self.reader.literal(float(isinstance(item, Holdout)))
+        is_whole = self.reader.emit("math", weights[id(surface)], 1.0, WHOLE_HOLDOUT, settings=("COMPARE",))
+        if is_whole.constant is not None and not is_whole.constant[0]:
+            return surface
+        seen = self.reader.point("ray:Is Camera Ray", 1)
+        hole = self.reader.emit("math", is_whole, seen, 0.0, settings=("MULTIPLY",))
+        return self.mixed(hole, surface, Holdout())
 
     def settled(self, surface: Surface, black: Surface) -> Surface:
         """``surface`` itself, or a flat sum if it is deep, or if shaders occur in it more than once, as in Cycles.
