@@ -45,6 +45,8 @@ export class Matrix {
     this.path = [];
     /** @type {Panel|null} */
     this.active = null;
+    /** The pointer that drags. */
+    this.pointer = -1;
     this.left = LEFT;
     this.listen();
   }
@@ -276,6 +278,8 @@ export class Matrix {
       return [event.clientX - box.left, event.clientY - box.top];
     };
     canvas.addEventListener("pointerdown", (event) => {
+      if (event.button || this.active) return; // a menu's button, or a second finger
+      this.pointer = event.pointerId;
       const [x, y] = place(event);
       this.active = this.panelAt(x, y);
       if (!this.active) return;
@@ -287,6 +291,7 @@ export class Matrix {
       this.path = [[x, y]];
     });
     canvas.addEventListener("pointermove", (event) => {
+      if (this.active && event.pointerId !== this.pointer) return;
       const [x, y] = place(event);
       if (this.active) {
         this.path.push([x, y]);
@@ -297,6 +302,7 @@ export class Matrix {
       this.on.hover(panel ? this.rowAt(panel, x, y) : -1, event.clientX, event.clientY);
     });
     canvas.addEventListener("pointerup", (event) => {
+      if (event.pointerId !== this.pointer) return;
       const panel = this.active;
       this.active = null;
       if (!panel) return;
@@ -313,9 +319,11 @@ export class Matrix {
       const box = [[x0, y0], [x, y0], [x, y], [x0, y]];
       this.choose(panel, this.state.tool === "box" ? box : this.path);
     });
-    canvas.addEventListener("pointercancel", () => {
-      this.active = null;
-    });
+    for (const kind of /** @type {const} */ (["pointercancel", "lostpointercapture"])) {
+      canvas.addEventListener(kind, (event) => {
+        if (event.pointerId === this.pointer) this.active = null;
+      });
+    }
     canvas.addEventListener("pointerleave", () => this.on.hover(-1, 0, 0));
   }
 
