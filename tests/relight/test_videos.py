@@ -50,7 +50,20 @@ def test_a_video_is_made_and_marked_as_bt709(tmp_path: Path, monkeypatch: pytest
 def test_a_video_decoded_by_bt709_has_the_colors_of_the_pictures(tmp_path: Path) -> None:
     """Saturated colors were off by up to 26 of 255."""
     path, size = video(tmp_path), 16
-    raw = ["ffmpeg", "-loglevel", "error", "-i", path, "-frames:v", "1", "-f", "rawvideo", "-pix_fmt", "yuv444p", "-"]
+    raw = [
+        "ffmpeg",
+        "-loglevel",
+        "error",
+        "-i",
+        str(path),
+        "-frames:v",
+        "1",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "yuv444p",
+        "-",
+    ]
     planes = np.frombuffer(subprocess.run(raw, capture_output=True, check=True).stdout, np.uint8).reshape(3, size, -1)
     middle = planes[:, size // 2, size // 2 :: size].astype(float)
     luma, blue, red = (middle[0] - 16) / 219, (middle[1] - 128) / 224, (middle[2] - 128) / 224
