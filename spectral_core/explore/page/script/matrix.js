@@ -3,7 +3,7 @@
 
 import { rowColors, word } from "./colors.js";
 import { drawHistogram, drawPoints } from "./raster.js";
-import { positions, shortened, ticks } from "./scales.js";
+import { barsOf, positions, shortened, ticks } from "./scales.js";
 import { inPolygon } from "./selection.js";
 
 /**
@@ -136,7 +136,9 @@ export class Matrix {
       }
       const x = this.positions(state.columns[panel.column]);
       if (panel.row === panel.column) {
-        drawHistogram(pixels, this.canvas.width, scaled, x, mask, bars);
+        const shown = /** @type {import("./data.js").Column} */ (table.byName.get(state.columns[panel.column]));
+        const most = Math.max(6, Math.min(40, Math.floor(scaled.width / 6)));
+        drawHistogram(pixels, this.canvas.width, scaled, x, mask, bars, barsOf(shown, most));
         continue;
       }
       const y = this.positions(state.columns[panel.row]);
