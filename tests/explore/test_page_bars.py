@@ -21,7 +21,8 @@ def heights(page: Browser, columns: list[str]) -> list[list[int]]:
     return page.run("""explorer.matrix.panels.filter((p) => p.row === p.column).map((p) => {
       const s = explorer.matrix.scaled(p), c = explorer.matrix.canvas.getContext("2d");
       const ink = getComputedStyle(document.documentElement).getPropertyValue("--accent").trim();
-      const rgb = ink.startsWith("#") ? [1, 3, 5].map((k) => parseInt(ink.slice(k, k + 2), 16)) : ink.match(/\\d+/g).map(Number);
+      const hex = (k) => parseInt(ink.slice(k, k + 2), 16);
+      const rgb = ink.startsWith("#") ? [1, 3, 5].map(hex) : ink.match(/\\d+/g).map(Number);
       const { data } = c.getImageData(s.left, s.top, s.width, s.height);
       return [...Array(s.width).keys()].map((x) => [...Array(s.height).keys()].filter((y) =>
         rgb.every((value, k) => data[4 * (y * s.width + x) + k] === value)).length);
@@ -35,7 +36,7 @@ def test_even_values_have_bars_of_equal_height(tmp_path: Path) -> None:
     whole, texts = [i % 13 for i in range(count)], [f"lamp {i % 13}" for i in range(count)]
     names = ["a", "n", "log", "text", *(f"v{k}" for k in range(8))]
     columns: dict[str, list[object]] = {"a": even, "n": whole, "log": [10**value for value in even], "text": texts}
-    columns |= {name: even[::-1] for name in names[4:]}
+    columns |= dict.fromkeys(names[4:], even[::-1])
     table = PageTable("even", "even", columns, [f"k{i}" for i in range(count)], {"log": {"log": True}})
     with Browser(1400, 900) as page:
         page.open(write_page(tmp_path / "page.html", table).resolve().as_uri())
