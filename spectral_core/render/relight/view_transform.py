@@ -91,8 +91,7 @@ def positions(linear_rgb: ArrayLike, size: int = TABLE_SIZE, below: int = 0) -> 
     light = np.clip(np.asarray(linear_rgb, dtype=np.float64), -_BRIGHTEST, _BRIGHTEST)
     stops = np.log2(1 + _STEEPNESS * np.abs(light))
     above = (size - 1) * stops / np.log2(1 + _STEEPNESS * _BRIGHTEST)
-    position: Array = below + np.where(light >= 0, above, np.maximum(-stops, -below))
-    return position
+    return np.asarray(below + np.where(light >= 0, above, np.maximum(-stops, -below)), dtype=np.float64)
 
 
 def nodes(size: int = TABLE_SIZE, below: int = 0) -> Array:
