@@ -217,9 +217,11 @@ def _places(dial: PropertyGroup) -> np.ndarray:
 
 def _key(context: Context, event: Event) -> bool:
     """Arrows move the selector (Shift: finely), 1 to 9 put it on a bulb, 0 at the center; True if the key was one of
-    these.
+    these. With Ctrl, Alt or Cmd they are Blender's.
     """
     dial = dial_in(context)
+    if event.ctrl or event.alt or event.oskey:
+        return False
     if event.type in ARROWS:
         step = FINE_NUDGE if event.shift else NUDGE
         dial.selector = on_disc(np.add(tuple(dial.selector), np.multiply(ARROWS[event.type], step)))

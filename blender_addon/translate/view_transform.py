@@ -60,13 +60,13 @@ def remember(key: Key, transform: ViewTransform) -> None:
 
 def sampled(scene: Scene) -> ViewTransform:
     """The transform of ``scene`` as a table."""
-    from spectral_core.render.relight.view_transform import ViewTransform, nodes
+    from spectral_core.render.relight.view_transform import BELOW, ViewTransform, nodes
 
-    view, light = scene.view_settings, nodes()
+    view, light = scene.view_settings, nodes(below=BELOW)
     grid = np.stack(np.meshgrid(light, light, light, indexing="ij"), axis=-1)
     shown = shown_pixels(scene, grid.reshape(len(light), -1, 3))
     name = view.view_transform if view.look == "None" else f"{view.view_transform}, {view.look}"
-    return ViewTransform(name, shown.reshape(grid.shape))
+    return ViewTransform(name, shown.reshape(grid.shape), BELOW)
 
 
 def view_name(scene: Scene) -> str:

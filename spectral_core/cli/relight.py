@@ -26,6 +26,8 @@ from spectral_core.spectra.pictures import require_ending, write_picture, write_
 VIDEO = ".mp4"
 MOST_FRAMES = 100_000
 """Pictures along a path: more than an hour of video."""
+COLORS_OF_VIDEO = {"colorspace": "bt709", "color_primaries": "bt709", "color_trc": "iec61966-2-1", "color_range": "tv"}
+"""What a video states about its numbers. Without it players guess: the larger the picture, the more likely BT.709."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -213,9 +215,11 @@ def _write_video(out: Path, live: Any, mixes: list[Any]) -> str:
             pixels = as_rendered(live.transport, live.picture(weights))
             write_picture(Path(folder) / f"{number:05d}.png", pixels[::-1, :, :3])
         even = "pad=ceil(iw/2)*2:ceil(ih/2)*2"  # the codec halves the color planes
+        made = f"{even},scale=out_color_matrix=bt709:out_range=tv,format=yuv420p"  # by itself it would take BT.601
+        stated = [word for name, value in COLORS_OF_VIDEO.items() for word in (f"-{name}", value)]
         done = subprocess.run(
-            [program, "-y", "-loglevel", "error", "-framerate", "24", "-i", f"{folder}/%05d.png", "-vf", even,
-             "-pix_fmt", "yuv420p", str(unfinished)], capture_output=True, text=True,
+            [program, "-y", "-loglevel", "error", "-framerate", "24", "-i", f"{folder}/%05d.png", "-vf", made, *stated,
+             str(unfinished)], capture_output=True, text=True,
         )  # fmt: skip
         if done.returncode:
             raise FileWriteError(f"ffmpeg could not write {out}: {done.stderr.strip()[-300:]}")

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -95,3 +96,18 @@ def test_apply_and_bake_refuse_powers_that_are_no_numbers(stage, dial, where, nu
     with pytest.raises(RuntimeError, match="'Dial Light' would get the power|not finite"):
         bpy.ops.spectral.dial_bake()
     assert "Dial Light" not in bpy.data.objects
+
+
+@pytest.mark.parametrize("held", ["ctrl", "alt", "oskey"])
+def test_keys_with_ctrl_alt_or_cmd_are_those_of_blender(stage, held):
+    """Over the dial, Ctrl 1 moved the selector; in Blender it subdivides."""
+    from blender_addon.operators.dial_drag import _key
+
+    dial = stage.spectral.dial
+    dial.bulbs.add().place = (0.0, 1.0)
+    plain = {"ctrl": False, "alt": False, "oskey": False, "shift": False}
+    for key in ("ONE", "UP_ARROW"):
+        assert not _key(bpy.context, SimpleNamespace(type=key, **{**plain, held: True}))
+        assert tuple(dial.selector) == (0.0, 0.0)
+    assert _key(bpy.context, SimpleNamespace(type="ONE", **plain))
+    assert tuple(dial.selector) == (0.0, 1.0)

@@ -42,6 +42,21 @@ def test_the_table_is_as_near_to_agx_as_the_page_states(blender):
     assert away.max() < 13
 
 
+def test_the_table_is_near_to_agx_outside_of_srgb(blender):
+    """Light of one wavelength, as of a laser or a sodium lamp: off by 39 levels in the mean, without nodes below 0."""
+    import colour
+
+    scene = bpy.context.scene
+    scene.view_settings.view_transform = "AgX"
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    lines = np.array([observer[wavelength] / observer[wavelength][1] for wavelength in range(440, 660, 10)])
+    colors = colour.XYZ_to_RGB(lines, "sRGB", apply_cctf_encoding=False)
+    linear = colors[None] * 2.0 ** np.arange(-6, 2)[:, None, None]
+    away = 255 * np.abs(view_transform_of(scene).shown(linear) - shown_pixels(scene, linear)).max(axis=-1)
+    assert away.mean() < 5
+    assert np.percentile(away, 95) < 20
+
+
 @pytest.mark.parametrize("file_format", ["FFMPEG", "OPEN_EXR_MULTILAYER", "OPEN_EXR"])
 def test_output_files_of_any_kind_neither_change_the_view_nor_are_changed(blender, file_format):
     scene = bpy.context.scene

@@ -230,3 +230,40 @@ def test_values_of_a_narrow_column_are_told_apart(tmp_path: Path) -> None:
         cells = page.run("Array.from(document.querySelectorAll('#table .row span'), (cell) => cell.textContent)")
     assert np.allclose([float(cell) - 1e6 for cell in cells[0::2]], [0.0013, -0.0021, 0.0], atol=1e-5)
     assert [float(cell) for cell in cells[1::2]] == columns["w"]
+
+
+def test_menus_and_second_fingers_select_nothing(tmp_path: Path) -> None:
+    """A drag with the right button selected points, and of a box the second finger took the corner."""
+    with Browser(1000, 700) as page:
+        page.open(page_of(tmp_path, a=[0.0, 1.0, 2.0, 3.0], b=[0.0, 1.0, 2.0, 3.0]))
+        page.run("explorer.state.tool = 'box'; 0")
+        left, top, width, height = page.run("""(() => { const m = explorer.matrix;
+          const p = m.panels.find((p) => p.row === 1 && p.column === 0), b = m.canvas.getBoundingClientRect();
+          return [b.left + p.left, b.top + p.top, p.width, p.height]; })()""")
+
+        def at(across: float, down: float) -> dict[str, float]:
+            return {"x": left + across * width, "y": top + down * height}
+
+        def mouse(kind: str, place: dict[str, float], button: str) -> None:
+            page.call("Input.dispatchMouseEvent", {"type": kind, **place, "button": button, "clickCount": 1})
+
+        for view in ("matrix", "parallel"):
+            page.run(f"explorer.state.view = '{view}'; explorer.changed()")
+            mouse("mousePressed", at(0.02, 0.05), "right")
+            mouse("mouseMoved", at(0.02, 0.95), "right")
+            mouse("mouseReleased", at(0.02, 0.95), "right")
+            assert page.run("explorer.state.selected") is False
+        page.run("explorer.state.view = 'matrix'; explorer.changed()")
+        first = [at(0.01, 0.99), at(0.2, 0.8), at(0.5, 0.5)]
+
+        def touch(kind: str, *places: dict[str, float]) -> None:
+            points = [{**place, "id": number} for number, place in enumerate(places)]
+            page.call("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+        touch("touchStart", first[0])
+        touch("touchMove", first[1])
+        touch("touchStart", first[1], at(0.9, 0.1))
+        touch("touchMove", first[2])
+        touch("touchEnd")
+        assert page.run("[...explorer.state.selection]") == [1, 1, 0, 0]
+        assert page.errors == []

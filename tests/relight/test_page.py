@@ -21,7 +21,7 @@ from spectral_core.render.relight.mix import LiveMix, relight
 from spectral_core.render.relight.page import write_page
 from spectral_core.render.relight.storage import MixtureStorage
 from spectral_core.render.relight.transport import Transport
-from spectral_core.render.relight.view_transform import ViewTransform, nodes
+from spectral_core.render.relight.view_transform import BELOW, ViewTransform, nodes
 from spectral_core.spectra.color import display_rgb_from_linear
 
 # Presses, drags and releases the selector, then switches the second bulb off, and records the shown values.
@@ -123,6 +123,25 @@ def test_the_center_shows_the_recorded_scene_through_its_view_transform(tmp_path
     assert np.abs(shown - 255 * steep().shown(linear)).max() <= 1.5
 
 
+def test_the_page_shows_colors_outside_of_srgb_through_the_view_transform(tmp_path: Path, rng) -> None:
+    """The light of a laser is below 0 in a channel of sRGB: the page took it as 0, off by up to 150 of 255 in AgX."""
+    light = nodes(below=BELOW)
+    red, green, blue = np.meshgrid(light, light, light, indexing="ij")
+    wide = np.stack([0.6 * red + 0.4 * green, 0.1 * red + 0.9 * green, 0.1 * green + 0.9 * blue], axis=-1)
+    view = ViewTransform("Wide", 1 - np.exp(-np.maximum(wide, 0)), BELOW)
+    transport = replace(transport_of(rng.uniform(-0.7, 1.5, (2, 3, 6, 8))), view=view)
+    page = tmp_path / "dial.html"
+    write_page(page, transport)
+    page.write_text(page.read_text("utf-8").replace("</html>", DRIVE + "</html>"), "utf-8")
+    found = re.search(r'<pre id="result">(.*?)</pre>', browse(page), re.DOTALL)
+    assert found, "the page's script did not run to its end"
+    shown = np.array(json.loads(html.unescape(found[1]))[0]["pixels"]).reshape(6, 8, 3)
+    linear = relight(transport)[::-1, :, :3].astype(float)
+    assert linear.min() < -0.5
+    assert np.abs(shown - 255 * view.shown(linear)).max() <= 1.5
+    assert np.abs(view.shown(linear) - view.shown(np.maximum(linear, 0))).max() > 0.1
+
+
 def test_a_view_transform_is_its_table_between_the_nodes(rng: np.random.Generator) -> None:
     light = rng.uniform(0, 1, (500, 3)) ** 3 * 8
     red, green, blue = np.moveaxis(light, -1, 0)
@@ -175,6 +194,41 @@ document.body.append(out);
     assert seen["dropped"][0] > 0.1 and seen["still"] == seen["dropped"]
     np.testing.assert_allclose(seen["after"], bulbs_on_polygon(3)[0], atol=1e-12)
     assert seen["now"] == "100" and seen["text"].startswith("light 0 100 %")
+
+
+def test_the_page_leaves_menus_second_fingers_and_keys_of_the_browser_alone(tmp_path: Path, rng) -> None:
+    """A press of the right button switched lights off, a second finger took the selector, Ctrl 0 moved it."""
+    page = tmp_path / "dial.html"
+    write_page(page, transport_of(rng.uniform(0, 1, (3, 3, 4, 4))))
+    script = """
+<script>
+const box = dial.getBoundingClientRect();
+const send = (kind, p, more) => dial.dispatchEvent(new PointerEvent(kind, { pointerId: 1, bubbles: true, ...more,
+  clientX: box.left + box.width * (0.5 + 0.36 * p[0]), clientY: box.top + box.height * (0.5 - 0.36 * p[1]) }));
+const seen = [];
+for (const button of [1, 2]) for (const place of [state.bulbs[1], [0.4, -0.3]]) {
+  send("pointerdown", place, { button }); send("pointermove", [0.1, 0.5]); send("pointerup", [0.1, 0.5], { button });
+  seen.push([...state.selector, ...state.on]);
+}
+for (const held of ["ctrlKey", "altKey", "metaKey"]) for (const key of ["2", "ArrowUp"]) {
+  const event = new KeyboardEvent("keydown", { key, [held]: true, bubbles: true, cancelable: true });
+  dial.dispatchEvent(event);
+  seen.push([...state.selector, ...state.on, event.defaultPrevented]);
+}
+send("pointerdown", [0, 0]); send("pointermove", [0.3, 0.2]);
+send("pointerdown", [-0.8, -0.3], { pointerId: 2 }); send("pointermove", [-0.9, -0.5], { pointerId: 2 });
+send("pointerup", [-0.9, -0.5], { pointerId: 2 }); send("pointermove", [0.1, 0.2]); send("pointerup", [0.1, 0.2]);
+const out = document.createElement("pre");
+out.id = "result"; out.textContent = JSON.stringify({ seen, last: state.selector });
+document.body.append(out);
+</script>
+"""
+    page.write_text(page.read_text("utf-8").replace("</html>", script + "</html>"), "utf-8")
+    found = re.search(r'<pre id="result">(.*?)</pre>', browse(page), re.DOTALL)
+    assert found, "the page's script did not run to its end"
+    said = json.loads(html.unescape(found[1]))
+    assert said["seen"] == 4 * [[0, 0, True, True, True]] + 6 * [[0, 0, True, True, True, False]]
+    np.testing.assert_allclose(said["last"], [0.1, 0.2], atol=0.02)
 
 
 def test_the_command_uses_the_brightness_of_the_dial(tmp_path: Path, rng: np.random.Generator) -> None:

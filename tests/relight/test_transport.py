@@ -161,7 +161,7 @@ def test_errors_for_unknown_names_list_the_known_ones(transports: list[Transport
         UnknownNameError, match="'Key': all lights are in one group without a name; record one group per"
     ):
         relight(unnamed, mix={"Key": 1.0})
-    with pytest.raises(InvalidInputError, match="a light cannot absorb light"):
+    with pytest.raises(InvalidInputError, match="the light group 'Key' is -1; a light cannot absorb light"):
         relight(transport, mix={"Key": -1.0})
     with pytest.raises(
         InvalidInputError, match="a 'dial' transport holds no spectra; record again with the storage bands31"

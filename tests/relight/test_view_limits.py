@@ -17,18 +17,33 @@ from spectral_core.render.relight import page as page_module
 from spectral_core.render.relight.dial import bulbs_on_polygon, dial_weights
 from spectral_core.render.relight.mix import LiveMix, amounts_of, relight
 from spectral_core.render.relight.page import write_page
-from spectral_core.render.relight.view_transform import ViewTransform, nodes, shaped
+from spectral_core.render.relight.view_transform import ViewTransform, nodes, positions
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
 from tests.relight.test_page import transport_of
 
 
 def test_the_axes_of_a_table_are_logarithmic_from_black_to_64() -> None:
     light = np.array([0.0, 1 / 1024, 0.18, 1.0, 16.0, 64.0])
-    np.testing.assert_allclose(shaped(light), np.log1p(1024 * light) / np.log(65537), rtol=1e-14)
-    np.testing.assert_array_equal(shaped([-1.0, 64.0, 1e9]), [0.0, 1.0, 1.0])
+    np.testing.assert_allclose(positions(light), 32 * np.log1p(1024 * light) / np.log(65537), rtol=1e-14)
+    np.testing.assert_array_equal(positions([-1.0, 64.0, 1e9]), [0.0, 32.0, 32.0])
     assert len(nodes()) == 33
     np.testing.assert_allclose(nodes(5), np.expm1(np.arange(5) / 4 * np.log(65537)) / 1024, rtol=1e-12)
     assert nodes(5)[0] == 0.0 and nodes(5)[-1] == pytest.approx(64.0)
+
+
+def test_light_below_0_has_nodes_a_stop_apart(rng: np.random.Generator) -> None:
+    """Colors outside of sRGB, as those of lasers, are below 0 in a channel; the page showed them as 0."""
+    light = nodes(5, 3)
+    np.testing.assert_allclose(light[:4], [-7 / 1024, -3 / 1024, -1 / 1024, 0.0], atol=1e-12)
+    np.testing.assert_allclose(positions([*light, -1.0], 5, 3), [*range(8), 0], atol=1e-12)
+    view = ViewTransform("below", rng.uniform(0, 1, (8, 8, 8, 3)), 3)
+    np.testing.assert_allclose(view.shown([light[1], light[3], light[6]]), view.table[1, 3, 6], atol=1e-9)
+    back = ViewTransform.of_document(view.document())
+    assert back.below == 3
+    old = {name: value for name, value in view.document().items() if name != "below"}
+    assert ViewTransform.of_document(old).below == 0
+    with pytest.raises(InvalidInputError, match="has 1 node per axis from 0 on"):
+        ViewTransform("few", np.zeros((4, 4, 4, 3)), 3)
 
 
 @pytest.mark.parametrize("size", [2, 3, 7])

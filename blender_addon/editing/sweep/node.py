@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A .blend file as a compute node: properties by their full data paths are set, the scene is translated and rendered.
 
-A worker opens the file once and keeps it open. The node's fingerprint is that of the translated scene with every swept
-property at the start of its range, so that it does not change if the file is saved again, or if a point is applied to
-it.
+A worker opens the file once and keeps it open. The node's fingerprint is that of the translated scene in a few places
+of the ranges of its swept properties, so that it does not change if the file is saved again, or if a point is applied
+to it. At the start of the ranges alone a lamp may be dark and an object hidden, and their changes would be unnoticed.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -22,9 +22,9 @@ from spectral_core.errors import FileFormatError, InvalidInputError, RenderError
 from spectral_core.explore.sweep.compute.paths import require_set_once
 from spectral_core.explore.sweep.compute.rendering import Relighter, not_linear, recording_mark, rendered, under_look
 from spectral_core.explore.sweep.document import entries
-from spectral_core.explore.sweep.effects import without_effect
+from spectral_core.explore.sweep.effects import places, remembered, without_effect
 from spectral_core.explore.sweep.outcome import Outcome
-from spectral_core.explore.sweep.parameters import Parameter, Space, Value
+from spectral_core.explore.sweep.parameters import Space, Value
 from spectral_core.files.guarded import no_file
 from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
@@ -35,7 +35,8 @@ from ..background import worker_command, worker_prelude
 from ..board.paths import block_at
 from ..dial.rendered_parts import look_matrix
 from ..libraries import library_notes
-from .settings import follow_palette, setting_at
+from .settings import follow_palette, is_of_palette, setting_at
+from .stays import where_it_stays
 
 PACKAGE = __package__.rsplit(".", 2)[0]
 LIGHT_PATH, LOOK_PATH = "bpy.data.lights[", ".spectral.viewport.look."
@@ -43,12 +44,6 @@ SAMPLES_PATH, SEED_PATH = ".spectral.render.samples", ".spectral.render.seed"
 SIZE_PATH = ".render.resolution_percentage"
 GOAL_PATHS = (".spectral.render.goal", ".spectral.render.target_error", ".spectral.render.time_budget")
 
-_SHARES = (1.0, 0.97, 0.37, 0.03, 0.0)
-"""Places in a range where an object is looked at: between the ends, which whole turns repeat, and near them, where a
-constraint may stop it. It ends at the start.
-"""
-_ROUNDING = 1e-6
-"""Of a matrix in single precision, which a constraint computes anew for each value."""
 _MOST = {"percentage": 32767, "samples": 16777216}
 """Entries of ``[compute]`` that are whole numbers, and their largest values."""
 _file_of: list[dict[str, Any]] = []
@@ -113,60 +108,19 @@ class BlendNode:
             mark += f"{look.tolist()}"
         said = f"{print_}{paths!r}{node.relights}{'' if view == PLAIN_VIEW else view}{mark}"
         told = tuple(f"note: {note.subject}: {note.message}" for note in made.notes)
-        node = replace(node, notes=lacking + told + node._notes(space))
+        state = remembered(node._state)
+        if not any(is_of_palette(path) for _, path in paths):  # whose spectra may differ from solve to solve
+            said += str([found if isinstance(found := state(point), tuple) else "" for point in places(space)])
+        node = replace(node, notes=lacking + told + _notes(space, state))
         return replace(node, fingerprint=hashlib.sha256(said.encode()).hexdigest())
 
-    def _notes(self, space: Space) -> tuple[str, ...]:
-        """Notes on settings that change no picture, or not over their whole range.
-
-        Raises InvalidInputError if a constraint keeps an object where it is.
-        """
-        notes = list(filter(None, map(self._where_it_stays, space.parameters)))
-        for parameter in without_effect(space, self._state):
-            notes.append(
-                f"note: no picture changes with {parameter.name!r} ({parameter.target}), as far as some of its values "
-                "tell; what it belongs to may be hidden, unused, of another scene, or not rendered in a sweep"
-            )
-        return tuple(notes)
-
-    def _state(self, values: Mapping[str, Value]) -> object:
-        """Equal for points with equal pictures."""
+    def _state(self, values: Mapping[str, Value]) -> Hashable:
+        """Equal for points with equal pictures; no tuple if a point cannot be rendered."""
         try:
             made = scene_hash(self.scene(values, 0))
             return made, view_name(bpy.context.scene), look_matrix(bpy.context.scene).tobytes()
         except SpectralError:  # the run names the points that cannot be rendered
             return object()
-
-    def _where_it_stays(self, parameter: Parameter) -> str:
-        """A note if some values of a location, rotation or scale leave its object in one place, as limits do.
-
-        Raises InvalidInputError if no value moves it: a constraint or another rotation mode leaves the value as it was
-        set, and places the object elsewhere.
-        """
-        setting = setting_at(parameter.target)
-        places: dict[Any, Any] = {}
-        for share in _SHARES:
-            setting.write(value := parameter.value(share))
-            bpy.context.view_layer.update()
-            places[value] = setting.matrix(bpy.context.evaluated_depsgraph_get())
-        if None in places.values() or any(isinstance(value, str) for value in places):
-            return ""
-        values, found = list(map(float, places)), np.array(list(places.values()))
-        rounding = _ROUNDING * np.abs(found).max()
-        if np.ptp(values) <= 8 * rounding:  # so far from the origin that single precision does not tell
-            return ""
-        if np.ptp(found, axis=0).max() <= rounding:
-            raise InvalidInputError(
-                f"{parameter.target} moves nothing: a constraint decides where its object is, or the rotation mode "
-                "is another one; remove that, or sweep what decides"
-            )
-        steps = zip(values, values[1:], found, found[1:], strict=False)
-        stays = [f"{b:g} and {a:g}" for a, b, one, other in steps
-                 if abs(a - b) > 8 * rounding and np.abs(one - other).max() <= rounding]  # fmt: skip
-        if not stays:
-            return ""
-        return (f"note: {parameter.target} has its object in one place at {', and in one at '.join(sorted(stays))}: a "
-                "constraint limits it, and pictures of such values are the same")  # fmt: skip
 
     @property
     def relights(self) -> bool:
@@ -281,6 +235,20 @@ class BlendNode:
         elif any(path.startswith(LIGHT_PATH) for _, path in self.paths):
             lines.append("lights are swept together with other properties, so every point is rendered")
         return [*lines, *self.notes]
+
+
+def _notes(space: Space, state: Callable[[dict[str, Value]], Hashable]) -> tuple[str, ...]:
+    """Notes on settings that change no picture, or not over their whole range.
+
+    Raises InvalidInputError if a constraint keeps an object where it is.
+    """
+    notes = list(filter(None, map(where_it_stays, space.parameters)))
+    for parameter in without_effect(space, state):
+        notes.append(
+            f"note: no picture changes with {parameter.name!r} ({parameter.target}), as far as some of its values "
+            "tell; what it belongs to may be hidden, unused, of another scene, or not rendered in a sweep"
+        )
+    return tuple(notes)
 
 
 def blend_node(table: dict[str, Any], space: Space, folder: Path) -> BlendNode:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_solve, cholesky
 from scipy.optimize import minimize
+from scipy.spatial import KDTree
 from scipy.stats import norm, qmc
 
 from spectral_core.checks import frozen_array, read_only_when_copied
@@ -23,6 +24,10 @@ Array = NDArray[np.float64]
 MAX_FITTED = 600
 """Rows that the scales are fitted to; all rows count in the prediction, up to ``MAX_ROWS``."""
 MAX_ROWS = 3000
+NEAREST = 0.01
+"""Least distance of a proposal to every row, as a share of the ranges: a nearer one would tell nothing new."""
+LEAST_GAIN = 1e-9
+"""Of a proposal, as a share of the spread of the values; below it the least value seems to be found."""
 
 
 @read_only_when_copied
@@ -114,6 +119,9 @@ def propose(
 ) -> tuple[Array, float]:  # fmt: skip
     """The point with the largest expected improvement below the least value, and that improvement.
 
+    It is not nearer to a row than ``NEAREST``, if there is room. If nothing is to be gained, it is the point farthest
+    from all rows, where a narrow minimum may be that no row shows.
+
     Parameters
     ----------
     points : (m, n), coordinates of the sweep's unit cube.
@@ -142,20 +150,26 @@ def propose(
         reach = (least - mean) / deviation
         return np.asarray((least - mean) * norm.cdf(reach) + deviation * norm.pdf(reach))
 
-    gains = improvement(drawn)
-    best, gain = drawn[int(gains.argmax())], float(gains.max())
     low, high = drawn.min(axis=0), drawn.max(axis=0)
     if settled is None:
         low, high = np.zeros(n), np.ones(n)
+    span = np.where(high > low, high - low, 1.0)
+    rows = KDTree(process.points / span)
+    apart = rows.query(drawn / span)[0]
+    nearest = min(NEAREST, float(apart.max()))
+    gains = np.where(apart >= nearest, improvement(drawn), -np.inf)
+    best, gain = drawn[int(gains.argmax())], float(gains.max())
     for start in drawn[np.argsort(-gains)[:4]]:
         found = minimize(lambda x: -float(improvement(x[None])[0]), start, bounds=list(zip(low, high, strict=True)),
                          method="L-BFGS-B", options={"maxiter": 40})  # fmt: skip
         # the way there as well: the end may lie beyond a constraint
         way = allowed(start + np.linspace(0, 1, 33)[1:, None] * (found.x - start))
         if len(way):
-            better = improvement(way)
+            better = np.where(rows.query(way / span)[0] >= nearest, improvement(way), -np.inf)
             if better.max() > gain:
                 best, gain = way[int(better.argmax())], float(better.max())
+    if gain < LEAST_GAIN * process.spread:
+        best = drawn[int(apart.argmax())]
     return np.asarray(best), gain
 
 

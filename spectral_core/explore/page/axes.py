@@ -20,6 +20,8 @@ MOST_CHARACTERS = 16
 """Of a category's name; also of all names of an x axis together, beyond which they stand upright."""
 MOST_OF_NAME = 24
 """Characters of a variable's name: as many as a plot is wide."""
+MOST_BARS, LARGEST_COUNT = 20, 2.0**50
+"""Bars of a histogram of numbers, and so many whole numbers that halves between them are lost in rounding."""
 MARGIN = 0.05
 """Room at either end of an axis, as a share of it."""
 MOST, WIDEST = 1e307, 1e250
@@ -97,14 +99,21 @@ def _ends(known: Numbers, *, is_log: bool) -> tuple[float, float]:
 
 
 def bins(values: Numbers, texts: Sequence[str], *, is_log: bool) -> Any:
-    """Edges of the histogram of a variable, even on its axis; one bar for each category."""
+    """Edges of the histogram of a variable, even on its axis; one bar for each category, and equally many whole numbers
+    in each bar but the last, or some would be twice as high.
+    """
     if texts:
         return np.arange(len(texts) + 1) - 0.5
     known = known_of(values)
     if is_log:
-        return np.geomspace(known.min() / 1.001, known.max() * 1.001, 21)
-    # around a single value NumPy takes a half to either side, which is lost in the rounding of a large one
-    return np.linspace(*_ends(known, is_log=False), 21) if known.size and known.min() == known.max() else 20
+        return np.geomspace(known.min() / 1.001, known.max() * 1.001, MOST_BARS + 1)
+    if known.size and known.min() == known.max():
+        # NumPy takes a half to either side, which is lost in the rounding of a large value
+        return np.linspace(*_ends(known, is_log=False), MOST_BARS + 1)
+    if known.size and (known == np.round(known)).all() and (number := np.ptp(known) + 1) < LARGEST_COUNT:
+        each = np.ceil(number / MOST_BARS)
+        return known.min() - 0.5 + each * np.arange(np.ceil(number / each) + 1)
+    return MOST_BARS
 
 
 def norm_of(values: Numbers, *, is_log: bool) -> Any:

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parameters that change nothing, such as the power of a lamp that is hidden: all their points would be equal."""
+"""What the parameters of a sweep change, looked at in a few places of their ranges.
+
+A parameter that changes nothing, such as the power of a lamp that is hidden, would make all its points equal.
+"""
 
 from __future__ import annotations
 
@@ -23,13 +26,7 @@ def without_effect(space: Space, state: Callable[[dict[str, Value]], Hashable]) 
     space : the parameters.
     state : equal for points that have equal outcomes; it may be slow.
     """
-    known: dict[tuple[Value, ...], Hashable] = {}
-
-    def state_at(values: dict[str, Value]) -> Hashable:
-        address = tuple(values.values())
-        if address not in known:
-            known[address] = state(values)
-        return known[address]
+    state_at = remembered(state)
 
     def has_effect(parameter: Parameter) -> bool:
         for start in STARTS:
@@ -41,6 +38,29 @@ def without_effect(space: Space, state: Callable[[dict[str, Value]], Hashable]) 
         return False
 
     return [parameter for parameter in space.parameters if not has_effect(parameter)]
+
+
+def remembered(state: Callable[[dict[str, Value]], Hashable]) -> Callable[[dict[str, Value]], Hashable]:
+    """``state``, called once for each point."""
+    known: dict[tuple[Value, ...], Hashable] = {}
+
+    def state_at(values: dict[str, Value]) -> Hashable:
+        address = tuple(values.values())
+        if address not in known:
+            known[address] = state(values)
+        return known[address]
+
+    return state_at
+
+
+def places(space: Space) -> list[dict[str, Value]]:
+    """Points that together show what a sweep renders: all parameters at each of ``STARTS``, and each choice.
+
+    At the start of the ranges alone a lamp may be dark, a shader without a share, or an object hidden.
+    """
+    starts = [{each.name: each.value(start) for each in space.parameters} for start in STARTS]
+    chosen = [{**starts[1], each.name: choice} for each in space.parameters for choice in each.choices]
+    return [dict(point) for point in dict.fromkeys(tuple(point.items()) for point in starts + chosen)]
 
 
 def _values(parameter: Parameter) -> Iterator[Value]:

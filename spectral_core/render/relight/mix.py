@@ -137,7 +137,11 @@ class LiveMix:
         """
         amounts = frozen_array("weights of the light groups", weights, (len(self.transport.groups),))
         if np.any(amounts < 0) and not signed:
-            raise InvalidInputError(f"light intensities are {amounts.tolist()}; a light cannot absorb light")
+            least = int(np.argmin(amounts))
+            raise InvalidInputError(
+                f"the intensity of the light group {group_text(self.transport.groups[least])} is {amounts[least]:g}; a "
+                "light cannot absorb light, so take 0 or more"
+            )
         self._complete(amounts)
         largest = float(np.max(np.abs(amounts), initial=0.0))
         brightest = largest * self.transport.exposure

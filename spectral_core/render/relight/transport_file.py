@@ -57,7 +57,9 @@ def write_transport(path: str | Path, transport: Transport, *, only_over_transpo
     for number, (group, planes) in enumerate(zip(transport.groups, transport.channels, strict=True)):
         names = transport.storage.channel_names()
         pixels = {name: np.ascontiguousarray(plane[::-1]) for name, plane in zip(names, planes, strict=True)}
-        header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, _ATTRIBUTE: meaning, **layout}
+        header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION, **layout}
+        if number == 0:  # it may take a megabyte
+            header[_ATTRIBUTE] = meaning
         parts.append(module.Part(header, pixels, f"{number} {group or 'ungrouped'}"))
     header = {"type": module.scanlineimage, "compression": module.ZIP_COMPRESSION}
     parts.append(module.Part(header, {"A": np.ascontiguousarray(transport.coverage[::-1])}, _COVERAGE))

@@ -14,15 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied
+from spectral_core.checks import frozen_array, read_only_when_copied, require_whole
 from spectral_core.errors import InvalidInputError, counted
 
 Array = NDArray[np.float64]
 
 TABLE_SIZE = 33
-"""Nodes per axis, half a stop apart: error of a quarter of a level of 255 for AgX in the mean, twelve at most at its
-sharp bends.
+"""Nodes per axis from 0 on, half a stop apart: error of a quarter of a level of 255 for AgX in the mean, twelve at most
+at its sharp bends.
 """
+BELOW = 13
+"""Nodes per axis below 0, a stop apart, down to -8: what a color outside of sRGB, as that of a laser, has there."""
 _STEEPNESS = 1024.0
 _BRIGHTEST = 64.0
 """Linear value at the last node; brighter light is shown with this value."""
@@ -31,24 +33,28 @@ _BRIGHTEST = 64.0
 @read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewTransform:
-    """``table``: (n, n, n, 3), display values, 0 to 1, by red, green and blue of linear sRGB at ``nodes``."""
+    """``table``: (n, n, n, 3), display values, 0 to 1, by red, green and blue of linear sRGB at ``nodes``, of which
+    ``below`` are below 0.
+    """
 
     name: str
     table: Array
+    below: int = 0
 
     def __post_init__(self) -> None:
         size = np.shape(self.table)[0] if np.ndim(self.table) else 0
         table = frozen_array(f"view transform {self.name!r}", self.table, (size, size, size, 3))
-        if size < 2:
+        if size - require_whole("the nodes below 0", self.below, 0, 126) < 2:
             raise InvalidInputError(
-                f"view transform {self.name!r} has {counted(size, 'node')} per axis; expected at least 2"
+                f"view transform {self.name!r} has {counted(size - self.below, 'node')} per axis from 0 on; expected "
+                "at least 2"
             )
         object.__setattr__(self, "table", np.clip(table, 0.0, 1.0))
 
     def shown(self, linear_rgb: ArrayLike) -> Array:
         """Display values (..., 3) in 0 to 1 of linear sRGB (..., 3): trilinear between nodes."""
         size = len(self.table)
-        position = shaped(linear_rgb) * (size - 1)
+        position = positions(linear_rgb, size - self.below, self.below)
         low = np.clip(position.astype(np.intp), 0, size - 2)
         part = position - low
         result = np.zeros(position.shape)
@@ -62,26 +68,33 @@ class ViewTransform:
     def document(self) -> dict[str, Any]:
         """The entries of a file: 16 bits per value."""
         levels = np.round(self.table * 65535).astype("<u2")
-        return {"name": self.name, "size": len(self.table), "table": base64.b64encode(levels.tobytes()).decode("ascii")}
+        table = base64.b64encode(levels.tobytes()).decode("ascii")
+        return {"name": self.name, "size": len(self.table), "below": self.below, "table": table}
 
     @classmethod
     def of_document(cls, document: dict[str, Any]) -> ViewTransform:
         """Read the result of ``document``. Raises InvalidInputError for a table of wrong size."""
-        size = int(document["size"])
+        size, below = int(document["size"]), int(document.get("below", 0))  # files of earlier versions have none
         levels = np.frombuffer(base64.b64decode(document["table"], validate=True), "<u2")
         if not 2 <= size <= 128 or levels.size != 3 * size**3:
             raise InvalidInputError(
                 f"a view transform of {size} nodes has {levels.size} values; expected {3 * size**3}"
             )
-        return cls(str(document["name"]), levels.reshape(size, size, size, 3) / 65535.0)
+        return cls(str(document["name"]), levels.reshape(size, size, size, 3) / 65535.0, below)
 
 
-def shaped(linear_rgb: ArrayLike) -> Array:
-    """Position 0 to 1 on the table's axes: logarithmic above, linear near black."""
-    light = np.clip(np.asarray(linear_rgb, dtype=np.float64), 0.0, _BRIGHTEST)
-    return np.log2(1 + _STEEPNESS * light) / np.log2(1 + _STEEPNESS * _BRIGHTEST)
+def positions(linear_rgb: ArrayLike, size: int = TABLE_SIZE, below: int = 0) -> Array:
+    """Position on the table's axes, in nodes: logarithmic above and below 0, linear near black.
+
+    ``size``, ``below``: nodes from 0 on, and below 0.
+    """
+    light = np.clip(np.asarray(linear_rgb, dtype=np.float64), -_BRIGHTEST, _BRIGHTEST)
+    stops = np.log2(1 + _STEEPNESS * np.abs(light))
+    above = (size - 1) * stops / np.log2(1 + _STEEPNESS * _BRIGHTEST)
+    return np.asarray(below + np.where(light >= 0, above, np.maximum(-stops, -below)), dtype=np.float64)
 
 
-def nodes(size: int = TABLE_SIZE) -> Array:
-    """Linear values (n,) at the table's nodes, where the add-on samples the transform."""
-    return (np.exp2(np.linspace(0, 1, size) * np.log2(1 + _STEEPNESS * _BRIGHTEST)) - 1) / _STEEPNESS
+def nodes(size: int = TABLE_SIZE, below: int = 0) -> Array:
+    """Linear values (below + size,) at the table's nodes, where the add-on samples the transform."""
+    above = (np.exp2(np.linspace(0, 1, size) * np.log2(1 + _STEEPNESS * _BRIGHTEST)) - 1) / _STEEPNESS
+    return np.concatenate([-(np.exp2(np.arange(below, 0, -1)) - 1) / _STEEPNESS, above])

@@ -3,7 +3,7 @@
 
 import { rowColors, word } from "./colors.js";
 import { drawHistogram, drawPoints } from "./raster.js";
-import { positions, shortened, ticks } from "./scales.js";
+import { barsOf, positions, shortened, ticks } from "./scales.js";
 import { inPolygon } from "./selection.js";
 
 /**
@@ -45,6 +45,8 @@ export class Matrix {
     this.path = [];
     /** @type {Panel|null} */
     this.active = null;
+    /** The pointer that drags. */
+    this.pointer = -1;
     this.left = LEFT;
     this.listen();
   }
@@ -134,7 +136,9 @@ export class Matrix {
       }
       const x = this.positions(state.columns[panel.column]);
       if (panel.row === panel.column) {
-        drawHistogram(pixels, this.canvas.width, scaled, x, mask, bars);
+        const shown = /** @type {import("./data.js").Column} */ (table.byName.get(state.columns[panel.column]));
+        const most = Math.max(6, Math.min(40, Math.floor(scaled.width / 6)));
+        drawHistogram(pixels, this.canvas.width, scaled, x, mask, bars, barsOf(shown, most));
         continue;
       }
       const y = this.positions(state.columns[panel.row]);
@@ -276,6 +280,8 @@ export class Matrix {
       return [event.clientX - box.left, event.clientY - box.top];
     };
     canvas.addEventListener("pointerdown", (event) => {
+      if (event.button || this.active) return; // a menu's button, or a second finger
+      this.pointer = event.pointerId;
       const [x, y] = place(event);
       this.active = this.panelAt(x, y);
       if (!this.active) return;
@@ -287,6 +293,7 @@ export class Matrix {
       this.path = [[x, y]];
     });
     canvas.addEventListener("pointermove", (event) => {
+      if (this.active && event.pointerId !== this.pointer) return;
       const [x, y] = place(event);
       if (this.active) {
         this.path.push([x, y]);
@@ -297,6 +304,7 @@ export class Matrix {
       this.on.hover(panel ? this.rowAt(panel, x, y) : -1, event.clientX, event.clientY);
     });
     canvas.addEventListener("pointerup", (event) => {
+      if (event.pointerId !== this.pointer) return;
       const panel = this.active;
       this.active = null;
       if (!panel) return;
@@ -313,9 +321,11 @@ export class Matrix {
       const box = [[x0, y0], [x, y0], [x, y], [x0, y]];
       this.choose(panel, this.state.tool === "box" ? box : this.path);
     });
-    canvas.addEventListener("pointercancel", () => {
-      this.active = null;
-    });
+    for (const kind of /** @type {const} */ (["pointercancel", "lostpointercapture"])) {
+      canvas.addEventListener(kind, (event) => {
+        if (event.pointerId === this.pointer) this.active = null;
+      });
+    }
     canvas.addEventListener("pointerleave", () => this.on.hover(-1, 0, 0));
   }
 

@@ -29,6 +29,8 @@ export class Parallel {
     this.height = 0;
     /** @type {{axis: number, from: number, to: number}|null} */
     this.drag = null;
+    /** The pointer that drags. */
+    this.pointer = -1;
     this.listen();
   }
 
@@ -166,6 +168,8 @@ export class Parallel {
       return [event.clientX - box.left, event.clientY - box.top];
     };
     this.canvas.addEventListener("pointerdown", (event) => {
+      if (event.button || this.drag) return; // a menu's button, or a second finger
+      this.pointer = event.pointerId;
       const [x, y] = place(event);
       const near = this.state.columns.map((_, k) => Math.abs(this.axisX(k) - x));
       const axis = near.indexOf(Math.min(...near));
@@ -177,16 +181,20 @@ export class Parallel {
         // a scripted event has no pointer to capture
       }
     });
-    this.canvas.addEventListener("pointercancel", () => {
-      this.drag = null;
-      this.draw();
-    });
+    for (const kind of /** @type {const} */ (["pointercancel", "lostpointercapture"])) {
+      this.canvas.addEventListener(kind, (event) => {
+        if (!this.drag || event.pointerId !== this.pointer) return;
+        this.drag = null;
+        this.draw();
+      });
+    }
     this.canvas.addEventListener("pointermove", (event) => {
-      if (!this.drag) return;
+      if (!this.drag || event.pointerId !== this.pointer) return;
       this.drag.to = place(event)[1];
       this.draw();
     });
-    this.canvas.addEventListener("pointerup", () => {
+    this.canvas.addEventListener("pointerup", (event) => {
+      if (event.pointerId !== this.pointer) return;
       const drag = this.drag;
       this.drag = null;
       if (!drag) return;

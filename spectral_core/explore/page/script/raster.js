@@ -77,22 +77,24 @@ export function drawPoints(pixels, stride, panel, x, y, colors, mask, style) {
  * @param {Uint32Array} pixels @param {number} stride
  * @param {{left: number, top: number, width: number, height: number}} panel
  * @param {Float32Array} x @param {Uint8Array|null} mask @param {number[]} words colors of the two kinds of bars
+ * @param {{low: number, high: number, count: number}} bars positions of their ends, and how many of equal width
  */
-export function drawHistogram(pixels, stride, panel, x, mask, words) {
-  const bins = Math.max(6, Math.min(40, Math.floor(panel.width / 6)));
+export function drawHistogram(pixels, stride, panel, x, mask, words, bars) {
+  const { low, high, count: bins } = bars;
   const all = new Uint32Array(bins);
   const chosen = new Uint32Array(bins);
   for (let i = 0; i < x.length; i++) {
     if (!(x[i] >= 0 && x[i] <= 1)) continue;
-    const k = Math.min(bins - 1, (x[i] * bins) | 0);
+    const k = Math.max(0, Math.min(bins - 1, Math.floor(((x[i] - low) * bins) / (high - low))));
     all[k]++;
     if (mask === null || mask[i]) chosen[k]++;
   }
   const most = all.reduce((a, b) => Math.max(a, b), 1);
   const room = panel.height * 0.66;
+  const edge = (/** @type {number} */ k) => Math.round(Math.max(0, Math.min(1, low + (k * (high - low)) / bins)) * panel.width);
   for (let k = 0; k < bins; k++) {
-    const from = panel.left + Math.round((k * panel.width) / bins);
-    const to = panel.left + Math.round(((k + 1) * panel.width) / bins) - 1;
+    const from = panel.left + edge(k);
+    const to = panel.left + Math.max(edge(k) + 1, edge(k + 1) - 1);
     for (const [count, color] of [[all[k], words[0]], [chosen[k], words[1]]]) {
       const first = panel.top + panel.height - Math.round((room * count) / most);
       for (let v = first; v < panel.top + panel.height; v++) pixels.fill(color, v * stride + from, v * stride + to);

@@ -23,6 +23,25 @@ export function positions(column) {
 }
 
 /**
+ * Bars of the histogram of a column, at most ``most``, over the range of its values. Of texts and whole numbers each bar
+ * but the last has equally many, or some would be twice as high.
+ * @param {import("./data.js").Column} column @param {number} most
+ */
+export function barsOf(column, most) {
+  const values = /** @type {Float64Array} */ (column.values);
+  const isWhole = column.kind === "text" || (!column.log && values.every((value) => Number.isNaN(value) || Number.isInteger(value)));
+  const half = column.kind === "text" ? 0.5 : 0;
+  const [first, last] = [column.low + half, column.high - half];
+  const number = last - first + 1;
+  if (!isWhole || !Number.isInteger(first) || !Number.isFinite(number)) {
+    return { low: position(column, column.low), high: position(column, column.high), count: most };
+  }
+  const each = Math.ceil(number / most);
+  const count = Math.ceil(number / each);
+  return { low: position(column, first - 0.5), high: position(column, first - 0.5 + count * each), count };
+}
+
+/**
  * Round values within the range of an axis.
  * @param {import("./data.js").Column} column @param {number} wanted @returns {{at: number, text: string}[]}
  */
