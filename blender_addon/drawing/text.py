@@ -51,7 +51,8 @@ def _points(context: Context) -> float:
 
 
 def _scale(context: Context) -> float:
-    return float(context.preferences.system.ui_scale) if context.preferences else 1.0
+    """Scale of the interface; Blender without a window has none."""
+    return (float(context.preferences.system.ui_scale) if context.preferences else 0.0) or 1.0
 
 
 def _parts(word: str, room: float, width_of: Callable[[str], float]) -> list[str]:
