@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 import json
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -34,8 +37,9 @@ class Found:
     kind: str
 
 
-def search(scene: Scene) -> Callable[[], Found]:
-    """The search for the recipe that the panel requests, which reads nothing from Blender any more.
+def search(scene: Scene, call: Callable[..., Any] = operator.call) -> Callable[[], Found]:
+    """The search for the recipe that the panel requests, which reads nothing from Blender any more. ``call``: calls the
+    core's part.
 
     The previous result is removed, even if this one fails. Raises InvalidInputError.
     """
@@ -49,7 +53,7 @@ def search(scene: Scene) -> Callable[[], Found]:
         colorants, note = _colorants(recipe, spectra, wanted)
 
         def mixed() -> Found:
-            found = material_recipe(colorants, wanted, lights, most_colorants=most)
+            found = call(partial(material_recipe, colorants, wanted, lights, most_colorants=most))
             return Found(f"{found.text(grams)}\n{note}".strip(), found.reflectance, True, kind)
 
         return mixed
@@ -66,11 +70,27 @@ def search(scene: Scene) -> Callable[[], Found]:
     full = "one watt of radiation" if not recipe.reads_file else "the channel as in the file"
 
     def driven() -> Found:
-        lamp = lamp_recipe(channels, cct, duv=duv, quality=quality, most_channels=min(most, len(channels)))
+        most_channels = min(most, len(channels))
+        lamp = call(partial(lamp_recipe, channels, cct, duv=duv, quality=quality, most_channels=most_channels))
         lines = [lamp.text(), f"100 % is {full}", *missed_requests(lamp, quality)]
         return Found("\n".join(lines), lamp.lamp, bool(lamp.met), kind)
 
     return driven
+
+
+RESULT = ("text", "met", "found_kind", "spectrum")
+"""Properties of the panel that hold the last recipe."""
+
+
+def result_of(scene: Scene) -> dict[str, Any]:
+    """The last recipe, for ``put_back``."""
+    return {name: getattr(scene.spectral.recipe, name) for name in RESULT}
+
+
+def put_back(scene: Scene, result: dict[str, Any]) -> None:
+    """Show an earlier recipe again, which a search that was stopped has removed."""
+    for name, value in result.items():
+        setattr(scene.spectral.recipe, name, value)
 
 
 def store(scene: Scene, found: Found) -> None:

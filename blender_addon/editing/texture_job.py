@@ -162,6 +162,7 @@ def tick() -> float | None:
     if bpy.app.is_job_running("RENDER"):
         return RENDER_SECONDS  # nothing is written while a render reads
     was_open, is_running = _job is not None, look()
+    _settle_others()
     redraw("VIEW_3D")
     if is_running:
         return POLL_S
@@ -200,12 +201,12 @@ def _after_load(*_: object) -> None:
 
 
 @bpy.app.handlers.persistent
-def _after_undo(*_: object) -> None:
-    """A step that was made during a design says that it goes on."""
+def _settle_others(*_: object) -> None:
+    """An undo step or a copy of the scene, made during a design, says that it goes on; Blender reports no copy."""
     settle((scene.spectral.texture for scene in bpy.data.scenes if scene != scene_of_job()), "")
 
 
-HANDLERS = {"load_post": _after_load, "undo_post": _after_undo, "redo_post": _after_undo}
+HANDLERS = {"load_post": _after_load, "undo_post": _settle_others, "redo_post": _settle_others}
 
 
 def register() -> None:

@@ -13,6 +13,7 @@ from spectral_core.errors import InvalidInputError, SpectralError
 
 from .. import compat
 from ..editing import waiting
+from ..editing.apart import STOPPABLE
 from ..translate.spectra.stored import library_of
 
 Execute = Callable[[Any, Context], set[str] | None]
@@ -110,5 +111,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """End the operators that wait, while their classes are still registered."""
+    """End the operators that wait, while their classes are still registered, and the processes of their work."""
     waiting.end_all()
+    STOPPABLE.end()

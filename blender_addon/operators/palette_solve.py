@@ -10,6 +10,7 @@ from bpy.types import Context, PropertyGroup, Scene
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import PaletteSolution
 
+from ..editing.apart import stoppable
 from ..editing.palette import live, picture, possible
 from ..editing.palette import solve as palette_solve
 from ..editing.waiting import Waiting
@@ -48,7 +49,7 @@ class Solving(Waiting):
         self._is_changed = type(self).change is not Solving.change
         if not palette_in(context).status:  # another table: the picture shows nothing of the one before
             picture.follow(context.scene)
-        solve = palette_solve.button_solve(context.scene)
+        solve = palette_solve.button_solve(context.scene, stoppable(self.stopping))
         if solve is None:
             message = palette_in(context).message
             return lambda: message

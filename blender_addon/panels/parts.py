@@ -11,7 +11,7 @@ from spectral_core.errors import counted
 
 from .. import compat
 from ..drawing.icons import curve_icon, swatch_icon
-from ..drawing.text import lines_in, told_apart, widths_in
+from ..drawing.text import lines_in, text_width, told_apart, widths_in
 from ..translate.spectra.stored import kind_in
 from .swatches import NO_SWATCH, Swatch, swatches_of
 
@@ -26,9 +26,9 @@ GAP_PIXELS = 10.0
 """Between the columns of a grid whose buttons are not aligned."""
 CLIP_PIXELS = 6.0
 """What Blender keeps free of a centered text in a button; it cuts off the end of a longer text."""
-LEAST_LINE = 130.0
-"""Unscaled pixels of a line in a panel that is too narrow to read."""
-UNIT = re.compile(r"(?<=ΔE) (?=\d)|(?<=\bR[afg]) (?=\d)|(?<=\d) (?=(?:MB|GB|nm|dB|ms|s|min|h|K|W|g|%)(?![\w]))")
+LEAST_LINE = 60.0
+"""Unscaled pixels of a line in a panel that is too narrow to read; Blender cuts off a line that is too long."""
+UNIT = re.compile(r"(?<=ΔE) (?=\d)|(?<=\bR[afg]) (?=\d)|(?<=\d) (?=(?:MB|GB|nm|dB|ms|s|min|h|K|W|g|lm|%)(?![\w]))")
 """The space between a number and its unit, or the name of an index."""
 
 
@@ -58,6 +58,14 @@ def wrapped(layout: UILayout, context: Context, text: str, icon: str = "NONE", i
     for number, line in enumerate(lines_in(text, max(room, LEAST_LINE), context)):
         shown = icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE")
         column.label(text=line, icon=shown, translate=False)  # a line may be one word that Blender translates
+
+
+def share_of(context: Context, names: Sequence[str]) -> float:
+    """Share of a panel's width that the longest of these names needs as the label of a switch; above 1 if it needs
+    more than all of it.
+    """
+    needed = max(text_width(name, context) for name in names) + ICON_PIXELS + BUTTON_PIXELS
+    return needed / max(column_room(context, 1), 1.0)
 
 
 def names_in(names: Sequence[str], room: float, context: Context) -> list[str]:
@@ -115,12 +123,11 @@ def draw_curve(layout: UILayout, context: Context, spectral: PropertyGroup) -> N
     origin = facts.column(align=True)
     origin.active = False
     origin.scale_y = 0.8
-    samples = spectral.samples
-    origin.label(
-        text=f"{samples[0].wavelength_nm:.0f}–{samples[-1].wavelength_nm:.0f} nm, {counted(len(samples), 'value')}"
-    )
+    samples, beside = spectral.samples, width_of(context) / 2
+    extent = f"{samples[0].wavelength_nm:.0f}–{samples[-1].wavelength_nm:.0f} nm"
+    wrapped(origin, context, f"{extent}, {counted(len(samples), 'value')}", indent=beside)
     if spectral.origin:
-        wrapped(origin, context, spectral.origin.partition(", see ")[0], indent=width_of(context) / 2)
+        wrapped(origin, context, spectral.origin.partition(", see ")[0], indent=beside)
     draw_swatches(layout, swatches_of(spectral))
 
 

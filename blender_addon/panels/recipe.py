@@ -4,7 +4,14 @@
 import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
-from .parts import wrapped
+from .parts import share_of, wrapped
+
+MOST_SHARE = 0.55
+"""Largest share of the width that the switches may have beside their numbers; else the numbers are below."""
+
+
+QUALITIES = (("use_cri", ("cri",)), ("use_fidelity", ("fidelity",)), ("use_gamut", ("gamut_low", "gamut_high")))
+"""Switches of requirements of a lamp, and their numbers."""
 
 
 class SPECTRAL_PT_recipe(bpy.types.Panel):
@@ -28,7 +35,7 @@ class SPECTRAL_PT_recipe(bpy.types.Panel):
             column.prop(recipe, "filepath")
         column.prop(recipe, "most", text="Most Channels" if recipe.kind == "LAMP" else "Most Parts")
         if recipe.kind == "LAMP":
-            _draw_lamp(column, layout, recipe)
+            _draw_lamp(column, layout, context, recipe)
         else:
             _draw_material(column, context, recipe)
         row = layout.row()
@@ -37,15 +44,13 @@ class SPECTRAL_PT_recipe(bpy.types.Panel):
         _draw_outcome(layout, context, recipe)
 
 
-def _draw_lamp(column: UILayout, layout: UILayout, recipe: PropertyGroup) -> None:
-    column.prop(recipe, "cct")
+def _draw_lamp(column: UILayout, layout: UILayout, context: Context, recipe: PropertyGroup) -> None:
+    column.prop(recipe, "cct", text="CCT (K)")  # a longer label is cut off
     column.prop(recipe, "duv")
-    for switch, values in (
-        ("use_cri", ["cri"]),
-        ("use_fidelity", ["fidelity"]),
-        ("use_gamut", ["gamut_low", "gamut_high"]),
-    ):
-        row = layout.split(factor=0.42, align=True)
+    share = share_of(context, [recipe.bl_rna.properties[switch].name for switch, _ in QUALITIES])
+    for switch, values in QUALITIES:
+        is_beside = share <= MOST_SHARE
+        row = layout.split(factor=max(share, 0.42), align=True) if is_beside else layout.column(align=True)
         row.prop(recipe, switch)
         numbers = row.row(align=True)
         numbers.enabled = getattr(recipe, switch)

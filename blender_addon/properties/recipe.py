@@ -39,7 +39,7 @@ class SpectralRecipe(bpy.types.PropertyGroup):
     )
     cct: FloatProperty(
         name="Temperature (K)", default=4000.0, min=1500.0, max=20000.0, precision=0,
-        description="Color temperature of the white",
+        description="Correlated color temperature (CCT) of the white",
     )  # fmt: skip
     duv: FloatProperty(
         name="Tint (Duv)", default=0.0, min=-0.02, max=0.02, precision=4,

@@ -263,6 +263,12 @@ def test_a_step_or_file_made_during_a_run_does_not_say_that_it_goes_on(swept: An
     bpy.ops.ed.undo_push(message="edited again")
     bpy.ops.ed.undo()
     assert bpy.context.scene.spectral.sweep.status == "0 of 3" and sweeps.running(), "the run goes on"
+    copied = bpy.context.scene.copy()
+    assert copied.spectral.sweep.is_under_way
+    sweeps.tick()
+    assert (copied.spectral.sweep.status, copied.spectral.sweep.is_under_way) == ("", False)
+    assert bpy.context.scene.spectral.sweep.is_under_way and sweeps.running()
+    bpy.data.scenes.remove(copied)
     bpy.ops.ed.redo()
     sweeps.cancel()
     bpy.ops.ed.undo()

@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finished palettes and possible colors are computed in a process without Blender, which may end at any time."""
+"""Palettes, possible colors and recipes are computed in processes without Blender, which may end at any time."""
 
 from __future__ import annotations
 
+import contextlib
 import os
+import pickle
 import signal
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from types import SimpleNamespace
 
@@ -13,8 +18,12 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.editing import apart
-from spectral_core.errors import InvalidInputError, RenderError
+from blender_addon.editing import apart, recipe
+from blender_addon.editing.palette import alternatives
+from blender_addon.editing.palette.solve import button_solve
+from blender_addon.translate.palette import load
+from spectral_core.checks import require_whole
+from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
 from spectral_core.palette import PaletteProblem, solve_palette
 from spectral_core.palette.possible import possible_answer, possible_colors
 from spectral_core.palette.presets import metamer_pair
@@ -28,6 +37,15 @@ def windowed(monkeypatch):
     """A session with a window."""
     monkeypatch.setattr(apart, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
     made = apart.Apart()
+    yield made
+    made.end()
+
+
+@pytest.fixture
+def stoppable(monkeypatch):
+    """The processes of buttons in a session with a window."""
+    monkeypatch.setattr(apart, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+    made = apart.Stoppable()
     yield made
     made.end()
 
@@ -82,3 +100,82 @@ def test_an_answer_holds_what_its_parts_say(problem) -> None:
     assert [left for _, left in answer.conflicts] == [pytest.approx(colors.without(cell, COLOR)) for cell in excluding]
     np.testing.assert_array_equal(answer.inside, colors.section(answer.lightness, 16))
     assert possible_answer(problem, (0, 0), nearest.color, size=16).conflicts == ()
+
+
+def _wait_until(is_true) -> None:
+    end = time.monotonic() + 60.0
+    while not is_true():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def _is_alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_esc_ends_the_process_that_computes_and_no_other(stoppable) -> None:
+    """A thread computed on after Esc, for up to two minutes in a large palette, and took Python from Blender."""
+    first, second = threading.Event(), threading.Event()
+    with ThreadPoolExecutor(2) as threads:
+        long = threads.submit(stoppable.call, partial(time.sleep, 600), first)
+        _wait_until(lambda: len(stoppable.process_ids()) == 1)
+        (pid,) = stoppable.process_ids()
+        assert threads.submit(stoppable.call, partial(os.getpid), second).result() not in (pid, os.getpid())
+        first.set()
+        with pytest.raises(RenderCancelled):
+            long.result(timeout=20)
+        _wait_until(lambda: not _is_alive(pid))
+        (kept,) = stoppable.process_ids()
+        assert threads.submit(stoppable.call, partial(os.getpid), second).result() == kept  # libraries stay loaded
+        with pytest.raises(InvalidInputError, match="count is 1"):
+            threads.submit(stoppable.call, partial(require_whole, "count", 1, 2, 12), second).result()
+    assert stoppable.call(partial(os.getpid), second) == os.getpid()  # a script's call waits on the main thread
+
+
+def test_the_end_of_the_extension_ends_what_buttons_compute(stoppable) -> None:
+    stopping = threading.Event()
+    with ThreadPoolExecutor(1) as threads:
+        answer = threads.submit(stoppable.call, partial(time.sleep, 600), stopping)
+        _wait_until(stoppable.process_ids)
+        (pid,) = stoppable.process_ids()
+        stopping.set()  # as `waiting.end_all` does
+        stoppable.end()
+        with pytest.raises(RenderCancelled):
+            answer.result(timeout=20)
+    _wait_until(lambda: not _is_alive(pid))
+    assert stoppable.process_ids() == []
+
+
+class Sent(Exception):
+    """Ends a search that is slow, as soon as its work was sent."""
+
+
+@pytest.mark.parametrize("kind", ["plain", "tints", "dyes", "alternatives", "recipe"])
+def test_what_buttons_compute_can_be_sent_to_a_process(blender, kind) -> None:
+    """The work is a partial call of the core whose arguments, and whose answer, can be pickled."""
+    scene, sent = blender.context.scene, []
+    palette = scene.spectral.palette
+    load.store_problem(palette, metamer_pair())
+    palette.use_tints = kind == "tints"
+    if kind == "dyes":
+        dye = palette.materials[0].dyes.add()
+        dye.excitation_nm, dye.emission_nm = 450.0, 560.0
+
+    def call(work):
+        sent.append(work.func.__module__)
+        received = pickle.loads(pickle.dumps(work))
+        if kind not in ("plain", "dyes"):
+            raise Sent
+        return pickle.loads(pickle.dumps(received()))
+
+    with contextlib.suppress(Sent):
+        if kind in ("alternatives", "recipe"):
+            (recipe.search(scene, call) if kind == "recipe" else alternatives.search(scene, 0, call))()
+        else:
+            solve = button_solve(scene, call)
+            assert not isinstance(solve.compute(), str)
+    assert sent and all(module.startswith("spectral_core.") for module in sent)

@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
 pytest.importorskip("bpy")
 
 from blender_addon.operators.palette_solve import Solving
 from blender_addon.translate.palette import load
-from spectral_core.errors import InvalidInputError
+from spectral_core.errors import InvalidInputError, RenderCancelled
 from spectral_core.palette import presets
 
 
@@ -19,7 +21,7 @@ class Preset(Solving):
     bl_label = "Palette Preset"
 
     def __init__(self, name):
-        self.name, self.reports = name, []
+        self.name, self.reports, self.stopping = name, [], threading.Event()
 
     def change(self, context):
         if self.name == "none":
@@ -74,6 +76,9 @@ def test_the_recipe_of_earlier_settings_does_not_replace_a_later_one(blender):
     class Find(Waiting):
         begin, end, result_of, bl_label = Found.begin, Found.end, Found.result_of, Found.bl_label
 
+        def __init__(self):
+            self.stopping = threading.Event()
+
         def report(self, kind, text):
             raise AssertionError(text)
 
@@ -87,3 +92,29 @@ def test_the_recipe_of_earlier_settings_does_not_replace_a_later_one(blender):
     assert second._ended(blender.context.scene, answer) == {"FINISHED"}
     assert first._ended(blender.context.scene, slow()) == {"CANCELLED"}
     assert settings.text == answer.text
+
+
+def test_a_search_that_is_stopped_keeps_the_earlier_recipe(blender):
+    """The status bar said that nothing has changed, and the earlier recipe was gone, also from Undo."""
+    from blender_addon.editing import recipe
+    from blender_addon.editing.waiting import Waiting
+    from blender_addon.operators.design.recipe import SPECTRAL_OT_recipe_find as Found
+
+    class Find(Waiting):
+        begin, failed, result_of, stopped_text = Found.begin, Found.failed, Found.result_of, Found.stopped_text
+
+        def __init__(self):
+            self.stopping, self.reports = threading.Event(), []
+
+        def report(self, kind, text):
+            self.reports.append(text)
+
+    scene = blender.context.scene
+    before = {"text": "blue 470 nm  12 %", "met": True, "found_kind": "LAMP", "spectrum": "{}"}
+    recipe.put_back(scene, before)
+    find = Find()
+    find._begin(blender.context)
+    assert scene.spectral.recipe.text == ""  # while it is searched
+    find.stop()
+    assert find._ended(scene, RenderCancelled(find.stopped_text)) == {"CANCELLED"}
+    assert recipe.result_of(scene) == before and find.reports == ["stopped; nothing has changed"]

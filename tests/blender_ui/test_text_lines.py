@@ -104,3 +104,69 @@ def test_an_effect_that_is_left_out_does_not_take_its_share_of_the_time() -> Non
     line = SimpleNamespace(value="off", cost="", error=0.0, how="exact", time_share=0.5)
     assert _figures(line) == "ΔE 0 without it (exact); it would take 50 % of the time."
     assert _figures(SimpleNamespace(**{**vars(line), "value": "on"})) == "ΔE 0 without it (exact), 50 % of the time."
+
+
+@pytest.mark.parametrize("width", [160, 199, 230, 292])
+@pytest.mark.parametrize("icon", ["NONE", "INFO"])
+def test_no_line_is_wider_than_a_narrow_panel(width: int, icon: str) -> None:
+    """In a sidebar of 199 pixels the texts beside icons, and those beside curves, ended with "…"."""
+    from blender_addon.drawing.text import text_width
+    from blender_addon.panels.parts import wrapped
+
+    shown: list[str] = []
+
+    class Layout:
+        def label(self, text: str, **_options: object) -> None:
+            shown.append(text)
+
+        def column(self, **_options: object) -> Layout:
+            return self
+
+    context = SimpleNamespace(region=SimpleNamespace(width=width, type="UI"), preferences=None)
+    wrapped(Layout(), context, TEXT, icon=icon)
+    room = width - 20 - 40 - (20 if icon == "INFO" else 0)  # beside the tabs and the margins of a panel
+    assert max(text_width(line, context) for line in shown) <= room
+
+
+@pytest.mark.parametrize("scale", [0.75, 0.9, 1.0, 1.5, 2.0])
+def test_texts_are_measured_at_the_scale_of_the_interface(scale: float) -> None:
+    """Letters end at whole pixels: "Reflectance 12" is up to 4 % wider at other scales than its size tells."""
+    from blender_addon.drawing.text import lines_in, text_width
+
+    style = SimpleNamespace(widget=SimpleNamespace(points=11.0))
+    preferences = SimpleNamespace(ui_styles=[style], system=SimpleNamespace(ui_scale=scale))
+    context = SimpleNamespace(preferences=preferences)
+    for text in ("Reflectance 12", "Sodium street lamp", "m12"):
+        blf.size(0, 11.0 * scale)
+        assert text_width(text, context) == pytest.approx(blf.dimensions(0, text)[0] / scale)
+    lines = lines_in(TEXT, 150.0, context)
+    assert " ".join(lines) == TEXT and max(text_width(line, context) for line in lines) <= 150.0
+    for line, following in pairwise(lines):
+        assert text_width(f"{line} {following.split()[0]}", context) > 150.0 - 4
+
+
+@pytest.mark.parametrize(("width", "are_beside"), [(199, False), (240, False), (292, True), (420, True)])
+def test_requirements_of_a_lamp_are_named_in_full(blender, width: int, are_beside: bool) -> None:
+    """The panel of a recipe showed "Rendering …" at a scale of 0.75, and in a narrow sidebar "Ren…" and no number."""
+    from blender_addon.drawing.text import text_width
+    from blender_addon.panels.recipe import QUALITIES, SPECTRAL_PT_recipe
+
+    shares: list[float] = []
+
+    class Layout:
+        def split(self, factor: float, **_options: object) -> Layout:
+            shares.append(factor)
+            return self
+
+        def __getattr__(self, _name: str) -> object:
+            return lambda *_arguments, **_options: self
+
+    region = SimpleNamespace(width=width, type="UI")
+    context = SimpleNamespace(scene=blender.context.scene, region=region, preferences=None)
+    recipe = context.scene.spectral.recipe
+    recipe.kind, recipe.text = "LAMP", ""
+    SPECTRAL_PT_recipe.draw(SimpleNamespace(layout=Layout()), context)
+    labels = [recipe.bl_rna.properties[switch].name for switch, _ in QUALITIES]
+    assert len(shares) == (len(labels) if are_beside else 0)
+    for share in shares:
+        assert share * (width - 62) > max(text_width(label, context) for label in labels) + 20  # beside the tick

@@ -119,6 +119,16 @@ def test_the_design_of_a_deleted_scene_ends(scene: Any) -> None:
     assert not texture_job.running() and process.poll() is not None
 
 
+def test_a_copy_of_the_scene_does_not_say_that_the_design_goes_on(scene: Any) -> None:
+    """*New Scene, Copy Settings* during a design: the copy said "starting" from then on, also in its file."""
+    started(scene)
+    copied = scene.copy().spectral.texture
+    assert copied.is_under_way
+    texture_job.tick()
+    assert (copied.status, copied.is_under_way) == ("", False)
+    assert scene.spectral.texture.status == "solving colors" and scene.spectral.texture.is_under_way
+
+
 def test_the_panel_of_another_scene_shows_the_design_of_the_file(scene: Any) -> None:
     from blender_addon.panels import texture as panel
 

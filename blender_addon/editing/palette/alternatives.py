@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import json
+import operator
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,8 +34,8 @@ Found = list[dict[str, Any]]
 """Values of ``palette.alternatives``, one dict for each."""
 
 
-def search(scene: Scene, seed: int = 0) -> Callable[[], Found]:
-    """The search for alternative solutions, which reads nothing from Blender any more.
+def search(scene: Scene, seed: int = 0, call: Callable[..., Any] = operator.call) -> Callable[[], Found]:
+    """The search for alternative solutions, which reads nothing from Blender any more. ``call``: calls the core's part.
 
     Raises InvalidInputError if nothing is free.
     """
@@ -49,9 +51,8 @@ def search(scene: Scene, seed: int = 0) -> Callable[[], Found]:
             locked[row] = Reflectance(material.name, kept.grid, kept.values)
     uids = [entry.uid for entry in (*palette.lights, *palette.materials)]
     asked = _asked(palette)
-    return lambda: [
-        {"asked": asked, **_told(each, uids)} for each in alternatives(problem, count=count, locked=locked, seed=seed)
-    ]
+    found = partial(alternatives, problem, count=count, locked=locked, seed=seed)
+    return lambda: [{"asked": asked, **_told(each, uids)} for each in call(found)]
 
 
 def _require_plain(palette: PropertyGroup) -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Solving the palette of a scene: read the properties, solve, write the properties."""
 
+import operator
 import traceback
 from collections import OrderedDict
 from collections.abc import Callable
@@ -61,10 +62,11 @@ problem.
 """
 
 
-def button_solve(scene: Scene) -> Solve | None:
+def button_solve(scene: Scene, call: Callable[..., Any] = operator.call) -> Solve | None:
     """Solve from the start; None if the table is invalid (``message`` says why).
 
     If the time ended before the solution of the unchanged table was optimal, the solve continues from that solution.
+    ``call``: calls the core's part.
     """
     palette = scene.spectral.palette
     # A common brightness is computed anew: from a brightened solution it would only grow.
@@ -73,7 +75,7 @@ def button_solve(scene: Scene) -> Solve | None:
 
     def solve(problem: PaletteProblem) -> Solve:
         solver = solver_of(palette)
-        return Solve(problem, lambda: solver.solve(problem, before), store=solver.store)
+        return Solve(problem, lambda: solver.solve(problem, before, call), store=solver.store)
 
     return _read(scene, solve)
 

@@ -153,6 +153,7 @@ def tick() -> float | None:
     if scene is None:
         _forget()  # the scene was deleted
     is_running = scene is not None and look(scene)
+    _settle_others()
     redraw("VIEW_3D")
     return POLL_S if is_running else None
 
@@ -273,12 +274,12 @@ def _after_load(*_: object) -> None:
 
 
 @bpy.app.handlers.persistent
-def _after_undo(*_: object) -> None:
-    """A step that was made during a run says that it goes on."""
+def _settle_others(*_: object) -> None:
+    """An undo step or a copy of the scene, made during a run, says that it goes on; Blender reports no copy."""
     settle((scene.spectral.sweep for scene in bpy.data.scenes if scene != scene_of_run()), "")
 
 
-HANDLERS = {"load_post": _after_load, "undo_post": _after_undo, "redo_post": _after_undo}
+HANDLERS = {"load_post": _after_load, "undo_post": _settle_others, "redo_post": _settle_others}
 
 
 def register() -> None:

@@ -7,6 +7,7 @@ import bpy
 from bpy.props import IntProperty
 from bpy.types import Context, Scene
 
+from ...editing.apart import stoppable
 from ...editing.palette import alternatives, live, possible
 from ...editing.waiting import Waiting
 from ..common import UNDOABLE, palette_in, reporting
@@ -24,7 +25,7 @@ class SPECTRAL_OT_palette_alternatives(Waiting, bpy.types.Operator):
 
     def begin(self, context: Context) -> Callable[[], alternatives.Found]:
         palette_in(context)  # refuses a linked scene
-        return alternatives.search(context.scene, self.seed)
+        return alternatives.search(context.scene, self.seed, stoppable(self.stopping))
 
     def end(self, scene: Scene, answer: alternatives.Found) -> None:
         alternatives.store(scene, answer)

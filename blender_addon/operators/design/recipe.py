@@ -2,6 +2,7 @@
 """Find a recipe, copy it, use its spectrum."""
 
 from collections.abc import Callable
+from typing import Any
 
 import bpy
 from bpy.types import Context, Scene
@@ -9,6 +10,7 @@ from bpy.types import Context, Scene
 from spectral_core.errors import InvalidInputError
 
 from ...editing import recipe
+from ...editing.apart import stoppable
 from ...editing.waiting import Waiting
 from ..common import UNDOABLE, reporting, require_kept
 
@@ -21,10 +23,16 @@ class SPECTRAL_OT_recipe_find(Waiting, bpy.types.Operator):
     bl_options = UNDOABLE
     can_be_left = True
     result_of = "recipe"
+    _before: dict[str, Any]
 
     def begin(self, context: Context) -> Callable[[], recipe.Found]:
         require_kept(context.scene, "recipe")
-        return recipe.search(context.scene)
+        self._before = recipe.result_of(context.scene)
+        return recipe.search(context.scene, stoppable(self.stopping))
+
+    def failed(self, scene: Scene) -> None:
+        if self.is_stopped:
+            recipe.put_back(scene, self._before)
 
     def end(self, scene: Scene, answer: recipe.Found) -> None:
         recipe.store(scene, answer)

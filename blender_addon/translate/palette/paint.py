@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from bpy.types import PropertyGroup
 
@@ -23,8 +25,10 @@ MARGIN_NM = 10.0
 class TableSolver:
     """Solver of a table; ``solve`` reads nothing from Blender, ``store`` writes what its last call found."""
 
-    solve: Callable[[PaletteProblem, PaletteSolution | None], PaletteSolution]
-    """From a problem, and an earlier solution to continue from or None, to a solution."""
+    solve: Callable[..., PaletteSolution]
+    """From a problem, and an earlier solution to continue from or None, to a solution. Optional: a function that calls
+    the core's part, a partial call that can be sent to another process.
+    """
     store: Callable[[PropertyGroup], None] = lambda _palette: None
 
 
@@ -66,10 +70,12 @@ def solver_of(palette: PropertyGroup) -> TableSolver:
         from spectral_core.palette.paint.tints import TintCriterion, solve_with_tints
 
         criterion = TintCriterion(weight=palette.tint_weight)
-        return TableSolver(lambda problem, before: solve_with_tints(problem, criterion, warm=before))
+        return TableSolver(
+            lambda problem, before, call=operator.call: call(partial(solve_with_tints, problem, criterion, warm=before))
+        )
     from spectral_core.palette import solve_palette
 
-    return TableSolver(lambda problem, before: solve_palette(problem, warm=before))
+    return TableSolver(lambda problem, before, call=operator.call: call(partial(solve_palette, problem, warm=before)))
 
 
 def _fluorescent(dyed: dict[int, PropertyGroup], lowest_nm: float) -> TableSolver:
@@ -80,7 +86,9 @@ def _fluorescent(dyed: dict[int, PropertyGroup], lowest_nm: float) -> TableSolve
     peaks = {row: [(dye.excitation_nm, dye.emission_nm) for dye in group] for row, group in dyed.items()}
     amounts: dict[int, list[float]] = {}
 
-    def solve(problem: PaletteProblem, before: PaletteSolution | None) -> PaletteSolution:
+    def solve(
+        problem: PaletteProblem, before: PaletteSolution | None, call: Callable[..., Any] = operator.call
+    ) -> PaletteSolution:
         dyes = dyes_of(peaks)
         least = min(low for pairs in peaks.values() for low, _ in pairs)
         if problem.grid.wavelengths_nm[0] > least - MARGIN_NM:
@@ -91,7 +99,8 @@ def _fluorescent(dyed: dict[int, PropertyGroup], lowest_nm: float) -> TableSolve
                 f"a dye absorbs light around {least:.0f} nm, but the table designs from "
                 f"{problem.grid.wavelengths_nm[0]:.0f} nm on; {remedy}"
             )
-        found = solve_fluorescent(problem, dyes, start=None if before is None else before.illuminants)
+        start = None if before is None else before.illuminants
+        found = call(partial(solve_fluorescent, problem, dyes, start=start))
         amounts.update({row: [float(amount) for amount in found.surfaces[row].amounts] for row in peaks})
         return palette_solution(found)
 
