@@ -53,19 +53,6 @@ def test_faces_that_coincide_with_a_floor_get_a_note_where_light_passes(build, t
     assert not translate().notes
 
 
-@pytest.mark.parametrize(("scale", "away"), [(1e-3, 0.0), (1e-5, 0.0), (1.0, 3000.0)])
-def test_a_gap_counts_by_the_size_of_small_and_far_scenes(build, translate, scale, away):
-    """A gap of 5 % of the glass had the note that its faces coincide with those below it."""
-    build.plane(name="Ground", size=10.0 * scale).location.x = away
-    build.camera((away, 0.0, 12.0 * scale), clip_start=1e-6)
-    cube = smooth_cube()
-    cube.scale = (scale,) * 3
-    shaded(cube, "ShaderNodeBsdfGlass")
-    for gap, tells in ((0.1, False), (0.0, True)):
-        cube.location = (away + 0.25 * scale, 0.2 * scale, (1.0 + gap) * scale)
-        assert ("coincide with faces of 'Ground'" in messages(translate())) is tells
-
-
 @pytest.mark.parametrize("segments", [48, 400])
 def test_a_bottom_of_many_small_faces_counts_as_a_whole(build, translate, segments):
     """Each face of the fan has far less than a hundredth of the area."""
