@@ -112,6 +112,7 @@ NOT_WALKED: dict[str, dict[str, str]] = {
     | because(OF_A_BONE, "parent_bone parent_bone_head_tail_factor parent_type parent_vertices track_axis up_axis "
                "use_parent_final_indices matrix_parent_inverse")
     | because("of another rotation mode", "delta_rotation_quaternion rotation_axis_angle rotation_quaternion"),
+    "CyclesMaterialSettings": because("of grids: test_coarse_grids.py", "volume_interpolation"),
     "CyclesObjectSettings": because("older words of the object's own", "shadow_terminator_geometry_offset "
                                      "shadow_terminator_offset"),
     "RenderSettings": because("chooses the engine", "engine") | because(

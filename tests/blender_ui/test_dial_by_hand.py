@@ -61,7 +61,8 @@ def context(scene: Any) -> Any:
 def event(kind: str, value: str = "PRESS", place: Any = (0.0, 0.0), **rest: Any) -> Any:
     """An event at coordinates of the dial."""
     x, y = np.add(SHAPE.pixels(place), (30, 20))
-    return SimpleNamespace(type=kind, value=value, mouse_x=x, mouse_y=y, **{"ctrl": False, "shift": False, **rest})
+    keys = dict.fromkeys(("ctrl", "shift", "alt", "oskey"), False)
+    return SimpleNamespace(type=kind, value=value, mouse_x=x, mouse_y=y, **(keys | rest))
 
 
 @pytest.fixture
