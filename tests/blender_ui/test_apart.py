@@ -32,22 +32,24 @@ from spectral_core.render.process import interpreter
 COLOR = (0.3, 0.5, 0.1)
 
 
-@pytest.fixture
-def windowed(monkeypatch):
-    """A session with a window."""
+def ending(kind, monkeypatch):
+    """Processes of one kind in a session with a window, which end after the test."""
     monkeypatch.setattr(apart, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
-    made = apart.Apart()
+    made = kind()
     yield made
     made.end()
+
+
+@pytest.fixture
+def windowed(monkeypatch):
+    """The process of edits."""
+    yield from ending(apart.Apart, monkeypatch)
 
 
 @pytest.fixture
 def stoppable(monkeypatch):
-    """The processes of buttons in a session with a window."""
-    monkeypatch.setattr(apart, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
-    made = apart.Stoppable()
-    yield made
-    made.end()
+    """The processes of buttons."""
+    yield from ending(apart.Stoppable, monkeypatch)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The view transform of the dial's page, a table, against Blender's own: random colors, and light of one wavelength."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import Options
+
+LEAST_STOP, LARGEST_STOP = -8, 3
+"""Range of the random colors: their channels are 2 to these powers."""
+
+
+def run(options: Options) -> dict[str, Any]:
+    """Levels of 255 by which AgX differs: in the mean, in 99 % of the channels, and at most."""
+    import bpy
+
+    import blender_addon
+
+    blender_addon.register_once()
+    from blender_addon.translate.view_transform import shown_pixels, view_transform_of
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    scene.view_settings.view_transform = "AgX"
+    table = view_transform_of(scene)
+    assert table is not None
+    count = 32 if options.quick else 512
+    random = 2.0 ** np.random.default_rng(11).uniform(LEAST_STOP, LARGEST_STOP, (count, count, 3))
+    figures: dict[str, Any] = {}
+    for name, linear in (("colors in sRGB", random), ("light of one wavelength", _lines(1 if options.quick else 8))):
+        away = 255 * np.abs(table.shown(linear) - shown_pixels(scene, linear))
+        found = {"mean": float(away.mean()), "p99": float(np.percentile(away, 99)), "most": float(away.max())}
+        figures[name] = found
+        print(f"{name}: {found['mean']:.2f} levels of 255 in the mean, {found['p99']:.1f} in 99 %, {found['most']:.0f}")
+    inside, outside = figures["colors in sRGB"], figures["light of one wavelength"]
+    figures["holds"] = {
+        "colors in sRGB differ by at most 0.3 levels in the mean": inside["mean"] <= 0.3,
+        "light of one wavelength differs by at most 5 levels in the mean": outside["mean"] <= 5.0,
+    }
+    return figures
+
+
+def _lines(per_stop: int) -> NDArray[np.float64]:
+    """Linear sRGB of light of one wavelength, (levels, wavelengths, 3): from 440 to 650 nm, its luminance in steps."""
+    import colour
+
+    observer = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    lines = np.array([observer[nm] / observer[nm][1] for nm in range(440, 651, 2)])
+    colors = np.asarray(colour.XYZ_to_RGB(lines, "sRGB", apply_cctf_encoding=False))
+    levels = 2.0 ** (np.arange(-6 * per_stop, 2 * per_stop) / per_stop)
+    return colors[None] * levels[:, None, None]
