@@ -11,7 +11,7 @@ from types import ModuleType
 
 FEATURES = {
     "properties": (
-        "spectrum", "palette_cell", "palette_answers", "palette", "render", "dial", "board", "sweep",
+        "spectrum", "palette.cell", "palette.answers", "palette.table", "render", "dial", "board", "sweep",
         "texture_design", "recipe", "viewport", "scene", "volume", "texture",
     ),
     "editing": (
@@ -19,7 +19,7 @@ FEATURES = {
         "palette.live", "palette.picture", "dial.changes", "board.live", "sweep.live", "texture_job", "saved_paths",
     ),
     "operators": (
-        "palette_table", "palette_solve", "palette_apply", "spectrum", "palette_files", "palette_scene", "render",
+        "palette.table", "palette.solve", "palette.apply", "spectrum", "palette.files", "palette.scene", "render",
         "volume", "volume_files", "dial", "dial_record", "dial_apply", "dial_drag", "board", "sweep", "design.texture",
         "design.possible", "design.alternatives", "design.paint", "design.recipe", "design.look", "common",
     ),

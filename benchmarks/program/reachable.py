@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from benchmarks import Options
-from spectral_core.palette.reachable import CellReach
+from spectral_core.palette.reach.reachable import CellReach
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.spectrum import SpectralGrid
 

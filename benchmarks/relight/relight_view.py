@@ -21,7 +21,7 @@ def run(options: Options) -> dict[str, Any]:
     import blender_addon
 
     blender_addon.register_once()
-    from blender_addon.translate.view_transform import shown_pixels, view_transform_of
+    from blender_addon.translate.display.transform import shown_pixels, view_transform_of
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene

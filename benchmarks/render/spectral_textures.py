@@ -28,7 +28,7 @@ from spectral_core.palette.texture.lights import LightDesign, design_lights, led
 from spectral_core.palette.texture.reach import TEXTURE_GRID, reachable_contrast, stimulus_matrix
 from spectral_core.palette.texture.realism import DAYLIGHT_SHARES, LED_WIDTHS_NM, realism_cost, rendering_delta_e
 from spectral_core.palette.texture.texture import Picture, SpectralTexture, design_texture
-from spectral_core.render.pictures import read_picture
+from spectral_core.render.images.pictures import read_picture
 from spectral_core.spectra.catalogue import illuminant, reflectance, reflectance_names
 from spectral_core.spectra.color import (
     delta_e_2000,

@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks import Options
 from benchmarks.volume.cases.volumes import all_volumes, colors_of, reference
 from benchmarks.volume.pictures.accuracy import LOOKS, write
-from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.plan import plan
 from spectral_core.volume.presets import PRESETS, preset
 from spectral_core.volume.renderer import VolumeRenderer

@@ -22,7 +22,7 @@ from spectral_core.spectra.color import WHITE_XYZ
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, VolumeImage, combine
 from spectral_core.volume.mitsuba_integrator.illumination import display_matrix
-from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.plan import plan
 from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import VolumeRenderer

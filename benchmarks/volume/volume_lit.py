@@ -19,7 +19,7 @@ from benchmarks.volume.checks.lit_light import Lamp, LitScene, lit_light
 from spectral_core.llvm_library import use_newest_llvm
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.plan import plan
 from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import VolumeRenderer

@@ -18,7 +18,7 @@ from benchmarks.volume.cases.volumes import all_volumes, reference
 from benchmarks.volume.checks.peers import PEERS, Peer
 from spectral_core.errors import MissingDependencyError
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.plan import plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction

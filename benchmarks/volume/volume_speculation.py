@@ -12,7 +12,7 @@ from benchmarks import Options
 from benchmarks.volume.cases.volumes import all_volumes, colors_of
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import Limits
-from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.presets import preset
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View

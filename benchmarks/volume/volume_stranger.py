@@ -29,7 +29,7 @@ from benchmarks.volume.volume_auto import interleaved
 from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.plan import plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import TransferFunction

@@ -38,7 +38,7 @@ def options(count: int | None) -> dict[str, Any]:
 
 def write(path: Path, pictures: Pictures, scene: Any) -> list[str]:
     """Write every picture of a frame, as large and with pixels of the shape as F12 writes it; returns the files."""
-    from spectral_core.render.spectral_exr import write_spectral_exr
+    from spectral_core.render.images.spectral_exr import write_spectral_exr
 
     render = scene.render
     targets = _paths(path, [(layer, view) for _, layer, view in pictures.made], render)

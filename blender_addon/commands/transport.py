@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     with _blend.chatter_to_stderr():
         opened = _blend.open_scene(arguments)
         from ..editing.dial.rendered_parts import look_matrix  # Blender is there only now
-        from ..translate.view_transform import view_transform_of
+        from ..translate.display.transform import view_transform_of
         from ..translate.viewport.look import require_light
 
         scene = translated_scene(arguments)

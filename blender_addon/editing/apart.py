@@ -20,7 +20,7 @@ from spectral_core.child import ISOLATED
 from spectral_core.errors import RenderCancelled, RenderError
 
 if TYPE_CHECKING:
-    from spectral_core.explore.sweep.pool import WorkerPool
+    from spectral_core.explore.sweep.pool.executor import WorkerPool
 
 Answer = TypeVar("Answer")
 
@@ -42,7 +42,7 @@ if hasattr(os, "nice"):
 
 def _started(niceness: int) -> WorkerPool:
     """A process, which starts with its first work. Raises RenderError if there is no Python for it."""
-    from spectral_core.explore.sweep.pool import WorkerPool
+    from spectral_core.explore.sweep.pool.executor import WorkerPool
     from spectral_core.render.process.interpreter import find_python
 
     return WorkerPool(1, command=[find_python(), *ISOLATED, "-c"], prelude=_prelude(niceness))

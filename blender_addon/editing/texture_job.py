@@ -18,7 +18,7 @@ from spectral_core.palette.texture.project import document_of
 from spectral_core.render.process.interpreter import find_python
 from spectral_core.spectra.color import display_rgb_from_linear
 
-from ..translate.texture_project import project_of, report_lines
+from ..translate.texture.project import project_of, report_lines
 from .background import DISABLED_MEANWHILE, SAVED_MEANWHILE, BackgroundCommand, settle, temporary, told_if_temporary
 from .deferred import RENDER_SECONDS, open_scene, redraw
 

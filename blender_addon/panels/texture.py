@@ -5,7 +5,7 @@ import bpy
 from bpy.types import Context, PropertyGroup, UILayout
 
 from ..editing import texture_job
-from ..translate.texture_costs import given_contrast, realism_words
+from ..translate.texture.costs import given_contrast, realism_words
 from .parts import draw_source, wrapped
 
 

@@ -6,7 +6,7 @@ from bpy.props import PointerProperty
 
 from .board import SpectralMixingBoard
 from .dial import SpectralLightDial
-from .palette import SpectralPalette
+from .palette.table import SpectralPalette
 from .recipe import SpectralRecipe
 from .render import SpectralRender
 from .sweep import SpectralSweep

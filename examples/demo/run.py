@@ -17,7 +17,7 @@ from spectral_core.palette.files import write_palette
 from spectral_core.palette.files.swatches import swatches_of, write_swatches
 from spectral_core.palette.presets import hidden_mark
 from spectral_core.render import Bands, RenderProcess, RenderResult
-from spectral_core.render.spectral_exr import write_spectral_exr
+from spectral_core.render.images.spectral_exr import write_spectral_exr
 from spectral_core.scene import Scene
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.files import write_spectra

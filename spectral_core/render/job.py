@@ -28,8 +28,8 @@ from spectral_core.render.trace.chosen_pixels import ChosenPixels
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.guides import GuidePass
 from spectral_core.render.trace.media.sampled import SampledVolumes
-from spectral_core.render.trace.path_settings import PathSettings
-from spectral_core.render.trace.scene_path import scene_path
+from spectral_core.render.trace.path.integrator import scene_path
+from spectral_core.render.trace.path.settings import PathSettings
 from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.render.volumes import missed_qualities, sampled_volumes

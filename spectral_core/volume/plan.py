@@ -23,9 +23,9 @@ from spectral_core.errors import UnknownNameError
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import QUADRATURES, Quadrature, no_integrals, quadratures_of
 from spectral_core.volume.march.rules import RULES, Rule
-from spectral_core.volume.pilot import MOST_RAYS, PILOT_RAYS, Pilot
-from spectral_core.volume.pilot_places import RayTracer
-from spectral_core.volume.pilot_trials import Trial, cheapest
+from spectral_core.volume.pilot.places import RayTracer
+from spectral_core.volume.pilot.rays import MOST_RAYS, PILOT_RAYS, Pilot
+from spectral_core.volume.pilot.trials import Trial, cheapest
 from spectral_core.volume.transfer import TransferFunction
 from spectral_core.volume.view import View
 

@@ -10,9 +10,9 @@ import numpy as np
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.bricks import BrickStatistics
-from spectral_core.volume.march.device import DeviceVolume
-from spectral_core.volume.march.device_grid import DeviceGrid
-from spectral_core.volume.march.device_table import DeviceTable
+from spectral_core.volume.march.device.grid import DeviceGrid
+from spectral_core.volume.march.device.table import DeviceTable
+from spectral_core.volume.march.device.voxels import DeviceVolume
 from spectral_core.volume.march.march_input import USUAL, Limits, MarchInput, no_integrals, quadratures_of
 from spectral_core.volume.march.ranges import RangeTables
 from spectral_core.volume.march.rules import Rule, step_grid

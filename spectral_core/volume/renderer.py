@@ -18,8 +18,8 @@ from spectral_core.volume.field import VOLUME_SOURCES, ScalarVolume
 from spectral_core.volume.gradient import gradient_magnitude
 from spectral_core.volume.image import Stepping, VolumeImage, palette_matrix
 from spectral_core.volume.march.bricks import BrickStatistics, brick_statistics, voxel_statistics
-from spectral_core.volume.march.device import DeviceVolume, opaque_doubles
-from spectral_core.volume.march.device_grid import DeviceGrid
+from spectral_core.volume.march.device.grid import DeviceGrid
+from spectral_core.volume.march.device.voxels import DeviceVolume, opaque_doubles
 from spectral_core.volume.march.dither import phase_at
 from spectral_core.volume.march.loop import Marched, march
 from spectral_core.volume.march.march_input import USUAL, Limits, Rays, clip_to_box

@@ -39,7 +39,7 @@ def saved(path, space):
 def main(folder):
     blender_addon.register_once()
     from blender_addon.editing.dial.picture import new_picture
-    from blender_addon.translate.view_transform import shown_pixels
+    from blender_addon.translate.display.transform import shown_pixels
 
     scene = bpy.context.scene
     found = {"color": emission_of(saved(f"{folder}/color.png", "sRGB - Texture"))}

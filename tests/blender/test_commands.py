@@ -122,7 +122,7 @@ def test_a_plot_of_another_type_is_told_before_the_measurement(saved, tmp_path, 
 
 
 def test_render_writes_a_spectral_exr(saved, tmp_path, capfd):
-    from spectral_core.render.spectral_exr import read_spectral_exr
+    from spectral_core.render.images.spectral_exr import read_spectral_exr
 
     out = tmp_path / "bands.exr"
     status, text, _ = call(capfd, "render", saved, "--out", out, "--bands", 7, "--samples", 64, "--json")
@@ -134,7 +134,7 @@ def test_render_writes_a_spectral_exr(saved, tmp_path, capfd):
 
 
 def test_a_spectral_exr_is_written_for_each_view_layer_and_each_eye(saved, tmp_path, capfd):
-    from spectral_core.render.spectral_exr import read_spectral_exr
+    from spectral_core.render.images.spectral_exr import read_spectral_exr
 
     scene = bpy.context.scene
     dark = scene.view_layers.new("No/light")

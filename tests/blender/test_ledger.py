@@ -24,7 +24,8 @@ def test_the_ledger_has_every_node_setting_and_input(blender):
 def test_a_node_that_is_read_has_no_entry_as_a_whole(blender):
     """An entry for a whole node would hide its new settings."""
     from blender_addon.translate.ledger import entries
-    from blender_addon.translate.shading import surfaces, texture_nodes
+    from blender_addon.translate.shading import surfaces
+    from blender_addon.translate.shading.nodes import textures as texture_nodes
     from blender_addon.translate.shading.reader import EVALUATORS
 
     tree = bpy.data.node_groups.new("every node", "ShaderNodeTree")

@@ -18,8 +18,8 @@ import bpy
 
 from blender_addon.translate.ledger import entries
 from blender_addon.translate.lighting import patterns
-from blender_addon.translate.shading import sky_nodes
-from spectral_core.scene import atmosphere
+from blender_addon.translate.shading.nodes import skies as sky_nodes
+from spectral_core.scene.skies import atmosphere
 from tests.blender.node_walk import Bench, ignored, names_of
 
 PLACES = {

@@ -86,8 +86,8 @@ def test_the_camera_can_see_another_background_than_the_light_source(build, tran
 )
 def test_a_sun_that_the_horizon_cuts_gives_the_light_of_cycles(model, elevation, altitude, cycles):
     """Light of the region of 45 by 40 degrees around a sun of 0.3 radian, that Cycles 5.0.1 renders."""
-    from blender_addon.translate.shading.sky_nodes import drawn
-    from spectral_core.scene.atmosphere import Atmosphere
+    from blender_addon.translate.shading.nodes.skies import drawn
+    from spectral_core.scene.skies.atmosphere import Atmosphere
 
     pixels, left = drawn(Atmosphere(model, elevation, altitude=altitude), 0.3, 1.0)
     assert left == 0, "the disk is in the picture, so that no light stands for it"
@@ -105,7 +105,7 @@ def test_a_sun_past_the_zenith_goes_down_on_the_other_side(build, translate, mon
 
     from blender_addon import compat
     from blender_addon.translate.lighting import patterns
-    from blender_addon.translate.shading import sky_nodes
+    from blender_addon.translate.shading.nodes import skies as sky_nodes
 
     monkeypatch.setattr(sky_nodes, "SKY_ROWS", 32)
     monkeypatch.setattr(patterns, "ROWS", 32)
@@ -126,8 +126,8 @@ def test_a_sun_past_the_zenith_goes_down_on_the_other_side(build, translate, mon
 
 
 def test_a_small_sun_is_drawn_only_where_the_horizon_cuts_it():
-    from blender_addon.translate.shading.sky_nodes import drawn
-    from spectral_core.scene.atmosphere import Atmosphere
+    from blender_addon.translate.shading.nodes.skies import drawn
+    from spectral_core.scene.skies.atmosphere import Atmosphere
 
     usual = 0.0095
     assert drawn(Atmosphere(sun_elevation=0.3), usual, 1.0)[1] == usual

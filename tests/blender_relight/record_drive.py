@@ -16,7 +16,7 @@ from blender_addon import jobs
 from blender_addon.editing.dial import changes, saving
 from blender_addon.operators.dial import SPECTRAL_OT_dial_save
 from blender_addon.operators.dial_record import SPECTRAL_OT_dial_record
-from blender_addon.translate import view_transform
+from blender_addon.translate.display import transform as view_transform
 
 blender_addon.register_once()
 bpy.context.preferences.view.show_splash = False

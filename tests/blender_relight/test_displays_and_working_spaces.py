@@ -10,7 +10,7 @@ bpy = pytest.importorskip("bpy")
 
 from blender_addon.editing.dial.picture import fill, linear_pixels, new_picture  # noqa: E402
 from blender_addon.editing.dial.picture_files import write_picture  # noqa: E402
-from blender_addon.translate.view_transform import shown_pixels  # noqa: E402
+from blender_addon.translate.display.transform import shown_pixels  # noqa: E402
 
 LINEAR = np.array([[[0.9, 0.05, 0.02], [0.1, 0.5, 0.2], [0.18, 0.18, 0.18], [0.1, 0.3, 0.8], [1.0, 1.0, 1.0]]])
 WORKING_SPACES = ["ACEScg", "Linear Rec.2020"]

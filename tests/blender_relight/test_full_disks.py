@@ -52,7 +52,7 @@ def test_a_relit_picture_on_a_full_disk_keeps_the_earlier_file(dial, tmp_path, e
 
 
 def test_a_table_of_the_view_is_not_made_from_a_part_of_its_picture(stage):
-    from blender_addon.translate.view_transform import shown_pixels
+    from blender_addon.translate.display.transform import shown_pixels
 
     linear = np.random.default_rng(2).random((90, 90, 3))
     with files_of_at_most(9000), pytest.raises(FileWriteError, match="could not write a temporary picture"):

@@ -13,10 +13,10 @@ bpy = pytest.importorskip("bpy")
 from blender_addon.editing.dial import saving, view_process  # noqa: E402
 from blender_addon.editing.dial.picture import new_picture  # noqa: E402
 from blender_addon.editing.dial.picture_files import Output, write_picture  # noqa: E402
-from blender_addon.translate import view_transform  # noqa: E402
-from blender_addon.translate.view_settings import ViewSettings  # noqa: E402
+from blender_addon.translate.display import transform as view_transform  # noqa: E402
+from blender_addon.translate.display.settings import ViewSettings  # noqa: E402
 from spectral_core.errors import FileWriteError, InvalidInputError  # noqa: E402
-from spectral_core.explore.sweep.pool import WorkerDied  # noqa: E402
+from spectral_core.explore.sweep.pool.executor import WorkerDied  # noqa: E402
 
 
 def plain(view):

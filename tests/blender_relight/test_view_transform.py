@@ -9,7 +9,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from blender_addon.compat import output_settings, set_image_format  # noqa: E402
-from blender_addon.translate.view_transform import shown_pixels, view_name, view_transform_of  # noqa: E402
+from blender_addon.translate.display.transform import shown_pixels, view_name, view_transform_of  # noqa: E402
 from spectral_core.errors import InvalidInputError  # noqa: E402
 
 GRAY = np.full((2, 2, 3), 0.18)

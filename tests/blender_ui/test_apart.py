@@ -25,8 +25,8 @@ from blender_addon.translate.palette import load
 from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError, RenderCancelled, RenderError
 from spectral_core.palette import PaletteProblem, solve_palette
-from spectral_core.palette.possible import possible_answer, possible_colors
 from spectral_core.palette.presets import metamer_pair
+from spectral_core.palette.reach.possible import possible_answer, possible_colors
 from spectral_core.render.process import interpreter
 
 COLOR = (0.3, 0.5, 0.1)

@@ -98,8 +98,8 @@ def test_icons_of_the_panels_exist(registered):
         if keyword.arg == "icon" and isinstance(keyword.value, ast.Constant)
     }
     from blender_addon.panels.palette import STATUS
-    from blender_addon.properties.palette import DESIGN
-    from blender_addon.properties.palette_cell import MODES
+    from blender_addon.properties.palette.cell import MODES
+    from blender_addon.properties.palette.table import DESIGN
 
     used |= {icon for icon, _ in STATUS.values()} | {item[3] for item in (*MODES, *DESIGN)}
     assert used <= known

@@ -20,8 +20,8 @@ import pytest
 pytest.importorskip("bpy")
 
 from blender_addon import panels
-from blender_addon.properties.palette import PALETTE_FIELDS, WHITE_XYZ
-from blender_addon.properties.palette_cell import ASKED, VISIBLE_DELTA_E
+from blender_addon.properties.palette.cell import ASKED, VISIBLE_DELTA_E
+from blender_addon.properties.palette.table import PALETTE_FIELDS, WHITE_XYZ
 from blender_addon.properties.render import RENDER_FIELDS
 from blender_addon.properties.volume import VOLUME_FIELDS
 from blender_addon.translate import settings as render_settings

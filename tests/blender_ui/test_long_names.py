@@ -108,7 +108,7 @@ def test_the_names_of_a_large_table_end_differently(large):
 
 
 def test_references_are_named_in_full(large):
-    from blender_addon.operators.palette_table import SPECTRAL_OT_palette_refer
+    from blender_addon.operators.palette.table import SPECTRAL_OT_palette_refer
     from blender_addon.panels.palette.details import draw_cell
 
     palette, context = large

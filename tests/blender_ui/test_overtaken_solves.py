@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.operators.palette_solve import Solving
+from blender_addon.operators.palette.solve import Solving
 from blender_addon.translate.palette import load
 from spectral_core.errors import InvalidInputError, RenderCancelled
 from spectral_core.palette import presets

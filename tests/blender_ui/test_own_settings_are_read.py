@@ -15,7 +15,7 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon import preferences
-from blender_addon.properties.palette import PALETTE_FIELDS
+from blender_addon.properties.palette.table import PALETTE_FIELDS
 from blender_addon.properties.render import RENDER_FIELDS
 from blender_addon.properties.texture import SpectralTextureNode
 from blender_addon.properties.volume import VOLUME_FIELDS

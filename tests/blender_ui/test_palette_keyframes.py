@@ -10,7 +10,9 @@ import pytest
 pytest.importorskip("bpy")
 
 from blender_addon import compat
-from blender_addon.properties import palette, palette_answers, palette_cell
+from blender_addon.properties.palette import answers as palette_answers
+from blender_addon.properties.palette import cell as palette_cell
+from blender_addon.properties.palette import table as palette
 
 GROUPS = (*palette.CLASSES, *palette_cell.CLASSES, *palette_answers.CLASSES)
 

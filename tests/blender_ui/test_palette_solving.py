@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from blender_addon.operators.palette_solve import PRESETS
+from blender_addon.operators.palette.solve import PRESETS
 from blender_addon.translate.palette.problem import palette_problem
 from blender_addon.translate.palette.table import places, references
 from blender_addon.translate.spectra.stored import spectrum_of, strength_of

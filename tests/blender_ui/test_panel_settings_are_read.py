@@ -15,7 +15,7 @@ import bpy
 from blender_addon.editing import recipe as recipes
 from blender_addon.editing.sweep import live as sweeps
 from blender_addon.translate.spectra.stored import store_spectrum
-from blender_addon.translate.texture_project import project_of
+from blender_addon.translate.texture.project import project_of
 from spectral_core.explore.sweep.document import read_sweep
 from spectral_core.palette.texture import project as projects
 from spectral_core.spectra.catalogue import illuminant, reflectance

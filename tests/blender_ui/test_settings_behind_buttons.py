@@ -14,8 +14,8 @@ pytest.importorskip("bpy")
 import bpy
 
 from blender_addon.operators import dial_record
+from blender_addon.translate.display.transform import view_name
 from blender_addon.translate.palette.paint import solver_of
-from blender_addon.translate.view_transform import view_name
 from blender_addon.translate.viewport.look import look_of
 from blender_addon.translate.viewport.walk import facts_of
 from spectral_core.errors import InvalidInputError

@@ -10,7 +10,7 @@ pytest.importorskip("bpy")
 pytest.importorskip("OpenEXR")
 
 from blender_addon.translate.spectra.stored import spectrum_of
-from blender_addon.translate.texture_costs import realism_words
+from blender_addon.translate.texture.costs import realism_words
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.texture.file import read_texture
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
@@ -108,8 +108,8 @@ def test_realism_costs_contrast() -> None:
 
 
 def test_settings_and_painted_images_reach_the_project(blender, design, tmp_path) -> None:
-    from blender_addon.translate.texture_project import project_of
-    from spectral_core.render.pictures import read_picture
+    from blender_addon.translate.texture.project import project_of
+    from spectral_core.render.images.pictures import read_picture
 
     design.first, first = image(blender, "a", 1)
     design.second, _ = image(blender, "b", 2)
@@ -131,7 +131,7 @@ def test_settings_and_painted_images_reach_the_project(blender, design, tmp_path
 
 def test_settings_that_the_panel_does_not_offer_stop_no_design(blender, design, tmp_path) -> None:
     """The contrast is greyed out where all contrast is lowered, and hidden for one picture."""
-    from blender_addon.translate.texture_project import project_of
+    from blender_addon.translate.texture.project import project_of
 
     design.first, _ = image(blender, "a", 1)
     design.second, _ = image(blender, "b", 2)
@@ -154,8 +154,8 @@ REC709_FROM = {
 
 @pytest.mark.parametrize("space", ["sRGB", "Display P3", "Non-Color"])
 def test_a_picture_of_bytes_has_the_colors_of_its_color_space(blender, tmp_path, space: str) -> None:
-    from blender_addon.translate.texture_project import _file_of
-    from spectral_core.render.pictures import read_picture
+    from blender_addon.translate.texture.project import _file_of
+    from spectral_core.render.images.pictures import read_picture
     from spectral_core.spectra.color import display_rgb_from_linear
     from spectral_core.spectra.pictures import png_bytes
 
@@ -172,8 +172,8 @@ def test_a_picture_of_bytes_has_the_colors_of_its_color_space(blender, tmp_path,
 
 @pytest.mark.parametrize("space", ["Linear Rec.709", "Linear Rec.2020", "Non-Color"])
 def test_a_picture_of_floats_has_the_colors_of_its_color_space(blender, tmp_path, space: str) -> None:
-    from blender_addon.translate.texture_project import _file_of
-    from spectral_core.render.pictures import read_picture
+    from blender_addon.translate.texture.project import _file_of
+    from spectral_core.render.images.pictures import read_picture
     from spectral_core.spectra.pictures import write_picture
 
     given = np.array([[[0.5, 0.4, 0.3], [0.2, 0.3, 0.25]]], np.float32)
@@ -185,8 +185,8 @@ def test_a_picture_of_floats_has_the_colors_of_its_color_space(blender, tmp_path
 
 
 def test_alpha_that_blender_ignores_is_no_transparency(blender, tmp_path) -> None:
-    from blender_addon.translate.texture_project import _file_of
-    from spectral_core.render.pictures import read_picture
+    from blender_addon.translate.texture.project import _file_of
+    from spectral_core.render.images.pictures import read_picture
 
     colors, made = image(blender, "opaque", 3)[1], blender.data.images.new("coat", SIZE, SIZE, alpha=True)
     pixels = np.ones((SIZE, SIZE, 4), np.float32)

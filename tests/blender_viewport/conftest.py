@@ -90,8 +90,8 @@ def stage(blender, monkeypatch):
 def coarse(stage, monkeypatch):
     """The same with coarse pictures of skies and coarse grids of media: what a view sends does not depend on them."""
     from blender_addon.translate.lighting import patterns
-    from blender_addon.translate.shading import sky_nodes
     from blender_addon.translate.shading.media import regions
+    from blender_addon.translate.shading.nodes import skies as sky_nodes
 
     monkeypatch.setattr(patterns, "ROWS", 64)
     monkeypatch.setattr(sky_nodes, "SKY_ROWS", 64)

@@ -20,7 +20,7 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.explore.sweep.cinema import check_folder, csv_text, read_csv
 from spectral_core.explore.sweep.compute.function import FunctionNode
 from spectral_core.explore.sweep.document import read_sweep
-from spectral_core.explore.sweep.pool import WorkerDied, WorkerPool
+from spectral_core.explore.sweep.pool.executor import WorkerDied, WorkerPool
 from spectral_core.explore.sweep.runner import run_sweep
 from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.sweep import Sweep

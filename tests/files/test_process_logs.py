@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from spectral_core.child.ending import LAST_BYTES, Log, ended, output_of
-from spectral_core.explore.sweep import pool
+from spectral_core.explore.sweep.pool import executor as pool
 
 LINES = 20_000
 WRITER = f"""

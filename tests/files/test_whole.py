@@ -135,7 +135,7 @@ WITHIN_WHOLE = {
     "blender_addon/commands/render.py": 1,
     "blender_addon/editing/dial/picture_files.py": 1,
     "blender_addon/translate/shading/image_files/__init__.py": 1,  # a temporary file that is read at once
-    "blender_addon/translate/view_transform.py": 1,  # a picture in a temporary folder that is read at once
+    "blender_addon/translate/display/transform.py": 1,  # a picture in a temporary folder that is read at once
     "spectral_core/cli/lattice.py": 2,
     "spectral_core/cli/shared/terminal.py": 1,  # the null device
     "spectral_core/explore/page/fonts.py": 1,

@@ -96,7 +96,7 @@ def test_figures_and_pictures_are_found_by_text(tmp_path: Path) -> None:
     pytest.importorskip("mitsuba")
     from spectral_core.explore.page.static import draw_matrix
     from spectral_core.lattice.measure.plotting import draw
-    from spectral_core.render.pictures import read_picture
+    from spectral_core.render.images.pictures import read_picture
 
     drawn = draw_matrix(f"{tmp_path}/matrix.png", {"a": [1.0, 2.0], "b": [2.0, 3.0]}, ["a", "b"])
     assert drawn.is_file()

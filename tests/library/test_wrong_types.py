@@ -49,7 +49,7 @@ from spectral_core.scene import (
     World,
     gray,
 )
-from spectral_core.scene.atmosphere import Atmosphere
+from spectral_core.scene.skies.atmosphere import Atmosphere
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.color import lab_jacobian_from_linear_rgb
 from spectral_core.spectra.files import kind_of, read_spectra, write_spectra

@@ -193,7 +193,7 @@ def test_light_along_a_path_may_come_as_a_plain_array(scene: Scene, monkeypatch:
     import drjit as dr
     import mitsuba as mi
 
-    from spectral_core.render.trace.scene_path import scene_path_class
+    from spectral_core.render.trace.path.integrator import scene_path_class
 
     shown = replace(scene, settings=replace(scene.settings, transport="spectral"))
     before = _pictured(Stage(), shown, 1)  # activates the variant

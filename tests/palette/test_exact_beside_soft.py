@@ -14,8 +14,8 @@ from scipy.optimize import linprog
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.conflicts import conflicting_cells
-from spectral_core.palette.possible import possible_colors
 from spectral_core.palette.presets import design_grid, metamer_pair
+from spectral_core.palette.reach.possible import possible_colors
 from spectral_core.spectra.catalogue import color_matching_functions, illuminant
 from spectral_core.spectra.color import RGB_FROM_XYZ, lab_from_linear_rgb
 from spectral_core.spectra.observer import normalized

@@ -12,8 +12,8 @@ from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteRef
 from spectral_core.palette.alternatives import alternatives
 from spectral_core.palette.paint.mixtures import tint_differences
 from spectral_core.palette.paint.tints import solve_with_tints
-from spectral_core.palette.possible import possible_colors
 from spectral_core.palette.presets import design_grid
+from spectral_core.palette.reach.possible import possible_colors
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.observer import normalized
 

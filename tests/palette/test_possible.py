@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
-from spectral_core.palette.possible import SECTION_LIMIT, possible_colors, section_linear_rgb
+from spectral_core.palette.reach.possible import SECTION_LIMIT, possible_colors, section_linear_rgb
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.observer import linear_rgb_from_product, normalized

@@ -11,7 +11,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance
 from spectral_core.palette.paint.fluorescence import led
 from spectral_core.palette.paint.fluorescent_design import solve_fluorescent
-from spectral_core.palette.possible import possible_colors
+from spectral_core.palette.reach.possible import possible_colors
 from spectral_core.spectra.catalogue import color_matching_functions, illuminant
 from spectral_core.spectra.color import RGB_FROM_XYZ, lab_from_linear_rgb
 from spectral_core.spectra.fluorescence import FluorescentDye

@@ -9,8 +9,8 @@ from scipy.optimize import linprog
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.assemble import programs
-from spectral_core.palette.possible import possible_colors
 from spectral_core.palette.presets import metamer_pair
+from spectral_core.palette.reach.possible import possible_colors
 from spectral_core.spectra.catalogue import color_matching_functions, illuminant, reflectance
 from spectral_core.spectra.color import RGB_FROM_XYZ, lab_from_linear_rgb
 from spectral_core.spectra.observer import normalized

@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 
 from spectral_core.palette import Cell, PaletteLight, PaletteProblem, PaletteReflectance, solve_palette
 from spectral_core.palette.explain.inward import inward
-from spectral_core.palette.possible import possible_colors, section_linear_rgb
+from spectral_core.palette.reach.possible import possible_colors, section_linear_rgb
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
 from spectral_core.spectra.observer import linear_rgb_from_product, normalized

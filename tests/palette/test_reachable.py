@@ -9,7 +9,7 @@ from scipy.optimize import linprog, minimize
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.presets import design_grid
-from spectral_core.palette.reachable import CellReach
+from spectral_core.palette.reach.reachable import CellReach
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.color import lab_from_linear_rgb, lab_jacobian_from_linear_rgb
 from spectral_core.spectra.spectrum import SpectralGrid

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import linprog
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.palette.reachable import CellReach
+from spectral_core.palette.reach.reachable import CellReach
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid

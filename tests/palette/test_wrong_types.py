@@ -23,8 +23,8 @@ from spectral_core.palette.paint.mixtures import (
     tint_differences,
 )
 from spectral_core.palette.paint.tints import TintCriterion, solve_with_tints
-from spectral_core.palette.possible import possible_colors
-from spectral_core.palette.reachable import CellReach
+from spectral_core.palette.reach.possible import possible_colors
+from spectral_core.palette.reach.reachable import CellReach
 from spectral_core.palette.recipe.material import Colorants
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.spectrum import Reflectance

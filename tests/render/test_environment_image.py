@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from spectral_core.render import render_scene
-from spectral_core.render.environment_image import divided, with_hues_of_brighter_neighbors
+from spectral_core.render.images.environment import divided, with_hues_of_brighter_neighbors
 from spectral_core.scene import Camera, ImageTexture, World
 from tests.render.scenes import lit_plane
 

@@ -69,7 +69,7 @@ def test_nothing_is_imported_from_a_user_site(tmp_path: Path) -> None:
 
 
 def test_the_workers_of_a_sweep_import_nothing_from_the_current_folder(trap: Path) -> None:
-    from spectral_core.explore.sweep.pool import WorkerPool
+    from spectral_core.explore.sweep.pool.executor import WorkerPool
 
     with WorkerPool(1) as pool:
         assert pool.submit(len, "four").result(timeout=200) == 4

@@ -11,7 +11,7 @@ import pytest
 from spectral_core.render import plan_from_data
 from spectral_core.render.mitsuba_scene.fluorescent import daylight_rgb as dyed_rgb
 from spectral_core.render.mitsuba_scene.paint import daylight_rgb, emitted_rgb
-from spectral_core.render.plan.spectral_bound import rgb_transport_error
+from spectral_core.render.plan.errors.spectral import rgb_transport_error
 from spectral_core.scene import Color, Diffuse, Emission, Fluorescent, Glass, PointLight, Principled, RenderSettings
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb

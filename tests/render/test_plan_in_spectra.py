@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from spectral_core.render.plan.effects import pilot_plan, plan_effects, plan_from_data
-from spectral_core.render.plan.spectral_bound import rgb_transport_error
+from spectral_core.render.plan.errors.spectral import rgb_transport_error
 from spectral_core.scene import (
     Camera,
     Color,

@@ -11,8 +11,8 @@ import pytest
 
 from spectral_core.render.plan.bounds import error_of_share
 from spectral_core.render.plan.effects import plan_from_data
+from spectral_core.render.plan.errors.spectral import rgb_transport_error
 from spectral_core.render.plan.light.reflections import direct_radiance, is_linear, ways_of_light
-from spectral_core.render.plan.spectral_bound import rgb_transport_error
 from spectral_core.scene import (
     AreaLight,
     Color,

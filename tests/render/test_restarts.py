@@ -35,7 +35,7 @@ def balls(surface: Surface, transport: str) -> Scene:
 
 def traced(scene: Scene, *, restarts: bool, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, int]:
     """The picture after passes of 1, 3 and 5 samples, and the number of loops of paths that were recorded."""
-    from spectral_core.render.trace.scene_path import scene_path_class
+    from spectral_core.render.trace.path.integrator import scene_path_class
 
     job = RenderJob(scene, plan_effects(scene, pilot=False))
     of, loops = scene_path_class(job.variant), []

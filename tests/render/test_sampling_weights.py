@@ -16,7 +16,7 @@ def test_weights_of_two_methods_add_up_to_one(pdf: float, other: float) -> None:
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb")
-    from spectral_core.render.trace.path_limits import squared_share
+    from spectral_core.render.trace.path.limits import squared_share
 
     own, others = (
         float(np.array(squared_share(mi.Float(one), mi.Float(two)))[0]) for one, two in ((pdf, other), (other, pdf))

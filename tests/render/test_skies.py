@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from spectral_core.scene.atmosphere import Atmosphere
 from spectral_core.scene.skies import daylight
+from spectral_core.scene.skies.atmosphere import Atmosphere
 
 pytest.importorskip("mitsuba", reason="its data hold the coefficients")
 

@@ -11,7 +11,7 @@ import pytest
 from spectral_core.render.mitsuba_scene.paint import emitted_rgb, emitted_spectrum, white_light
 from spectral_core.render.plan.decision import LATER_BOUNCES
 from spectral_core.render.plan.effects import plan_effects
-from spectral_core.render.plan.spectral_bound import SECOND_BOUNCE, rgb_transport_error
+from spectral_core.render.plan.errors.spectral import SECOND_BOUNCE, rgb_transport_error
 from spectral_core.scene import Camera, Color, Diffuse, Film, Instance, Material, Mesh, PointLight, Scene, World
 from spectral_core.scene.surface import ScatteringMedium
 from spectral_core.spectra.color import RGB_FROM_XYZ, delta_e_2000, lab_from_linear_rgb

@@ -11,7 +11,7 @@ import pytest
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.render import Bands, render_scene
-from spectral_core.render.spectral_exr import read_spectral_exr, spectral_channel, write_spectral_exr
+from spectral_core.render.images.spectral_exr import read_spectral_exr, spectral_channel, write_spectral_exr
 from spectral_core.scene import Film, PointLight
 from tests.render.scenes import lit_plane, looking_down, matrix
 

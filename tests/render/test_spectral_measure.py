@@ -12,7 +12,7 @@ from spectral_core.errors import InvalidInputError
 from spectral_core.render.trace.chosen_pixels import _SEED_STEP
 from spectral_core.render.trace.measure.slots import SLOTS, in_slots
 from spectral_core.render.trace.measure.spectral_measure import SpectralMeasure
-from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
+from spectral_core.render.trace.path.sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import Bands, WavelengthPlan, plan_wavelengths
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.spectra import catalogue

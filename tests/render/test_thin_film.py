@@ -12,8 +12,8 @@ from benchmarks.render.checks import furnace_scenes
 from benchmarks.render.checks.film_forms import reflected
 from spectral_core.errors import InvalidInputError
 from spectral_core.render import plan_from_data, render_scene
+from spectral_core.render.plan.errors.thin_film import KNOTS_NM, layers_of, reflectance
 from spectral_core.render.plan.simulated import simulated_scene
-from spectral_core.render.plan.thin_film import KNOTS_NM, layers_of, reflectance
 from spectral_core.render.variant import activate, choose_backend
 from spectral_core.scene import Film as Raster
 from spectral_core.scene import (

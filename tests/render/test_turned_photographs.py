@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from spectral_core.errors import FileFormatError
-from spectral_core.render.pictures import read_picture
+from spectral_core.render.images.pictures import read_picture
 
 UPRIGHT = np.kron(np.random.default_rng(0).integers(0, 256, (2, 3, 3)), np.ones((16, 16, 1))).astype(np.uint8)
 AS_STORED = {  # what the camera's sensor saw, by the orientation that it states (Exif 2.3, figure of tag 0x0112)

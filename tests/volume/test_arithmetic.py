@@ -6,7 +6,7 @@ import pytest
 
 from spectral_core.llvm_library import use_newest_llvm
 from spectral_core.volume.march.arithmetic import bounded, larger, smaller, step_growth
-from spectral_core.volume.march.device import aligned
+from spectral_core.volume.march.device.voxels import aligned
 
 pytest.importorskip("drjit")
 use_newest_llvm()

@@ -8,7 +8,7 @@ import pytest
 
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.march.device import opaque_doubles
+from spectral_core.volume.march.device.voxels import opaque_doubles
 from spectral_core.volume.march.loop import march
 from spectral_core.volume.march.path import Placed, WorldRay, path_through
 from spectral_core.volume.plan import plan

@@ -11,7 +11,7 @@ from spectral_core.volume.march.march_input import REFERENCE, Limits
 from spectral_core.volume.march.ranges import RangeTables
 from spectral_core.volume.march.rules import step_grid
 from spectral_core.volume.march.tables import tabulate
-from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.presets import preset
 from spectral_core.volume.samples import sample_volume
 from spectral_core.volume.transfer import Material, TransferFunction

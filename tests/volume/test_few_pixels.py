@@ -13,10 +13,10 @@ from scipy.ndimage import gaussian_filter
 from benchmarks.volume.checks.exact import exact_amounts
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot import PILOT_RAYS, Pilot
-from spectral_core.volume.pilot_places import missed_by_sample, most_apart, pilot_places, places_with, rectangle
-from spectral_core.volume.pilot_rounding import other_roundings
-from spectral_core.volume.pilot_trials import Trial
+from spectral_core.volume.pilot.places import missed_by_sample, most_apart, pilot_places, places_with, rectangle
+from spectral_core.volume.pilot.rays import PILOT_RAYS, Pilot
+from spectral_core.volume.pilot.rounding import other_roundings
+from spectral_core.volume.pilot.trials import Trial
 from spectral_core.volume.plan import _odd_pixels, plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction

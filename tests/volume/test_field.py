@@ -9,7 +9,7 @@ import pytest
 from spectral_core.errors import InvalidInputError, MissingDependencyError
 from spectral_core.volume import renderer
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.march.device import _stored_units
+from spectral_core.volume.march.device.voxels import _stored_units
 from spectral_core.volume.samples import marschner_lobb
 from spectral_core.volume.view import View
 
@@ -79,7 +79,7 @@ def test_more_voxels_than_dr_jit_can_index_are_refused():
     pytest.importorskip("drjit")
     import drjit.llvm as types
 
-    from spectral_core.volume.march.device import DeviceVolume
+    from spectral_core.volume.march.device.voxels import DeviceVolume
 
     data = np.broadcast_to(np.zeros((1, 1, 1), np.uint8), (2048, 2048, 1024))
     with pytest.raises(InvalidInputError, match=r"'ct' has 2048×2048×1024 = 4,294,967,296 voxels; fewer than 2\^32"):

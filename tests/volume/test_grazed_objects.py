@@ -10,7 +10,7 @@ from benchmarks.volume.checks.exact import exact_amounts
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import REFERENCE
-from spectral_core.volume.pilot import Pilot, snr_db
+from spectral_core.volume.pilot.rays import Pilot, snr_db
 from spectral_core.volume.plan import plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction

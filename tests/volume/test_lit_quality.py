@@ -13,7 +13,7 @@ from benchmarks.volume.checks.lit_light import Lamp, LitScene, lit_light
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.march.arithmetic import mean_place
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, integrator_dict
-from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View
 from tests.volume.test_integrator import load

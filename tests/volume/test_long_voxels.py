@@ -11,10 +11,10 @@ pytest.importorskip("drjit", reason="needs Dr.Jit: pip install 'spectral-scene[r
 from benchmarks.volume.checks.exact import exact_amounts
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.march.device import opaque_doubles
+from spectral_core.volume.march.device.voxels import opaque_doubles
 from spectral_core.volume.march.loop import march
 from spectral_core.volume.march.path import Placed, WorldRay, path_through
-from spectral_core.volume.pilot import snr_db
+from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.plan import plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.transfer import Material, TransferFunction

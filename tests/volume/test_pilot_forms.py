@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from spectral_core.volume import pilot as module
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE, USUAL
-from spectral_core.volume.pilot import Pilot, snr_db
-from spectral_core.volume.pilot_places import pilot_places
-from spectral_core.volume.pilot_trials import Trial, cheapest, next_log_scale
+from spectral_core.volume.pilot import rays as module
+from spectral_core.volume.pilot.places import pilot_places
+from spectral_core.volume.pilot.rays import Pilot, snr_db
+from spectral_core.volume.pilot.trials import Trial, cheapest, next_log_scale
 from spectral_core.volume.view import View
 from tests.volume.cases import two_tents
 

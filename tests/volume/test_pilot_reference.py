@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot_reference import refined_reference, snr_db
+from spectral_core.volume.pilot.reference import refined_reference, snr_db
 
 RAYS = 2000
 EXACT = np.ones((RAYS, 3))

@@ -6,8 +6,8 @@ import math
 import pytest
 
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot import Pilot
-from spectral_core.volume.pilot_trials import Trial, falls_behind, finest_worth, is_beaten, next_log_scale
+from spectral_core.volume.pilot.rays import Pilot
+from spectral_core.volume.pilot.trials import Trial, falls_behind, finest_worth, is_beaten, next_log_scale
 
 
 def trial(scale: float, snr_db: float, *, steps: float = 10.0, samples: float = 8.0) -> Trial:

@@ -11,8 +11,8 @@ from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
 from spectral_core.volume.march.march_input import REFERENCE
-from spectral_core.volume.pilot import Pilot, snr_db
-from spectral_core.volume.pilot_trials import Trial
+from spectral_core.volume.pilot.rays import Pilot, snr_db
+from spectral_core.volume.pilot.trials import Trial
 from spectral_core.volume.plan import _choose, estimate, plan
 from spectral_core.volume.presets import PRESETS, preset
 from spectral_core.volume.renderer import VolumeRenderer

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot import MOST_RAYS
-from spectral_core.volume.pilot_trials import Trial
+from spectral_core.volume.pilot.rays import MOST_RAYS
+from spectral_core.volume.pilot.trials import Trial
 from spectral_core.volume.plan import _choose, _interval, _seen_everywhere, _stated, _tried
 
 MIDPOINT, TABLE = Stepping("uniform", "midpoint"), Stepping("uniform", "preintegrated")

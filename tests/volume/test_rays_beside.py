@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.pilot_rounding import beside
+from spectral_core.volume.pilot.rounding import beside
 from spectral_core.volume.view import View
 
 EIGHT = 8.0 * 2.0**-24

@@ -7,8 +7,8 @@ import pytest
 from spectral_core.errors import InvalidInputError
 from spectral_core.llvm_library import use_newest_llvm
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.march.device import DeviceVolume
-from spectral_core.volume.march.device_table import DeviceTable, Guide
+from spectral_core.volume.march.device.table import DeviceTable, Guide
+from spectral_core.volume.march.device.voxels import DeviceVolume
 from spectral_core.volume.march.ranges import RangeTables
 from spectral_core.volume.march.tables import tabulate
 from spectral_core.volume.transfer import Material, TransferFunction

@@ -11,7 +11,7 @@ import pytest
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.pilot_places import is_in_picture, rectangle
+from spectral_core.volume.pilot.places import is_in_picture, rectangle
 from spectral_core.volume.presets import preset
 from spectral_core.volume.view import View
 

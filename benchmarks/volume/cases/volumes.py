@@ -16,7 +16,7 @@ from spectral_core.errors import UnknownNameError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping, palette_matrix
 from spectral_core.volume.march.march_input import REFERENCE
-from spectral_core.volume.pilot import Pilot, snr_db
+from spectral_core.volume.pilot.rays import Pilot, snr_db
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.samples import sample_volume
 from spectral_core.volume.transfer import TransferFunction

@@ -19,7 +19,7 @@ from spectral_core.files.whole import make_folder
 
 from ... import jobs
 from ...translate.dial import storage_of
-from ...translate.view_transform import view_transform_of
+from ...translate.display.transform import view_transform_of
 from ...translate.viewport.look import require_light
 from . import changes, kept_mix
 from .as_rendered import translated_layers

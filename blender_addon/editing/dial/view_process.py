@@ -19,8 +19,8 @@ import numpy as np
 from bpy.types import Scene
 from numpy.typing import NDArray
 
-from ...translate.view_settings import ViewSettings
-from ...translate.view_transform import is_known, remember, sampled, view_key
+from ...translate.display.settings import ViewSettings
+from ...translate.display.transform import is_known, remember, sampled, view_key
 from ..background import has_program, worker_command, worker_prelude
 from .picture_files import Output, write_pixels
 
@@ -35,7 +35,7 @@ class ViewProcess:
     """
 
     def __init__(self, scene: Scene, output: Output | None = None) -> None:
-        from spectral_core.explore.sweep.pool import WorkerPool
+        from spectral_core.explore.sweep.pool.executor import WorkerPool
 
         command = worker_command()
         self._view, self._output = ViewSettings.of(scene), output

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from spectral_core.errors import InvalidInputError, SpectralError
 from spectral_core.palette import PaletteProblem
 from spectral_core.palette.explain.inward import in_single_precision
-from spectral_core.palette.possible import SECTION_LIMIT, PossibleAnswer, possible_answer, section_linear_rgb
-from spectral_core.palette.reachable import NearestColor
+from spectral_core.palette.reach.possible import SECTION_LIMIT, PossibleAnswer, possible_answer, section_linear_rgb
+from spectral_core.palette.reach.reachable import NearestColor
 from spectral_core.spectra.color import display_rgb_from_linear, lab_from_linear_rgb, linear_from_display_rgb
 from spectral_core.spectra.spectrum import Illuminant
 

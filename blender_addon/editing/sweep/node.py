@@ -30,7 +30,7 @@ from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
 
 from ...properties.render import ENGINE
-from ...translate.view_transform import PLAIN_VIEW, shown_pixels, view_name
+from ...translate.display.transform import PLAIN_VIEW, shown_pixels, view_name
 from ..background import worker_command, worker_prelude
 from ..board.paths import block_at
 from ..dial.rendered_parts import look_matrix

@@ -9,7 +9,7 @@ from bpy.types import Context, Panel, PropertyGroup, UILayout
 from ...editing.palette.bindings import faults
 from ...editing.palette.picture import RELIT
 from ...editing.palette.solve import NEEDS_BUTTON
-from ...properties.palette_cell import LEAST_DELTA_E
+from ...properties.palette.cell import LEAST_DELTA_E
 from ...properties.render import ENGINE
 from ..parts import wrapped
 from .details import CONFLICTS_SHOWN, draw_cell, draw_conflict, draw_light, draw_material

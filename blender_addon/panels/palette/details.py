@@ -3,7 +3,7 @@
 
 from bpy.types import Context, PropertyGroup, UILayout, bpy_prop_collection
 
-from ...properties.palette_cell import BOXED, REFERRING
+from ...properties.palette.cell import BOXED, REFERRING
 from ...translate.palette.table import active_cell, may_refer, references
 from ..parts import BUTTON_PIXELS, PANEL_PIXELS, draw_curve, draw_source, names_in, width_of, wrapped
 from .possible import draw_possible

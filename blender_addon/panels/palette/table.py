@@ -5,7 +5,7 @@ from bpy.types import Context, PropertyGroup, UILayout
 
 from ...drawing.icons import curve_icon
 from ...drawing.text import text_width
-from ...properties.palette_cell import MODES
+from ...properties.palette.cell import MODES
 from ...translate.palette.table import palette_of
 from ..parts import BUTTON_PIXELS, ICON_PIXELS, column_room, names_in, width_of
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..shading.coordinate_nodes import normal_of
 from ..shading.fields import Value
+from ..shading.nodes.coordinates import normal_of
 from ..shading.reader import Reader, evaluator
 from ..shading.tangents.nodes import of_uv_map
 from ..shading.tree import Input, Output, linked

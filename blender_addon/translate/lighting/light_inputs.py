@@ -16,8 +16,8 @@ from spectral_core.spectra.luminaire import every_degree, read_ies
 from .. import spectra
 from ..questions import ContentOfText, StateOfFile
 from ..shading.fields import color_of_spectrum
+from ..shading.nodes.textures import place_of
 from ..shading.reader import Reader, evaluator
-from ..shading.texture_nodes import place_of
 from ..shading.tree import Output, linked
 
 FALLOFF_POWERS = {"Quadratic": 0, "Linear": 1, "Constant": 2}

@@ -16,8 +16,8 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat
 from .. import spectra
-from ..shading.color_nodes import KELVIN
 from ..shading.fields import Value, color_of_spectrum, value_of
+from ..shading.nodes.colors import KELVIN
 from ..shading.reader import Reader
 from ..shading.tree import Input, Output, input_of, linked, surface_output
 from ..shading.walks.shaders import folded, is_sum

@@ -17,8 +17,8 @@ from spectral_core.scene.shading import SENDS_RAYS, Program
 
 from ..camera import translate_film
 from ..context import Translation
+from ..shading.nodes.textures import is_moved_by_panel
 from ..shading.reader import Reader
-from ..shading.texture_nodes import is_moved_by_panel
 from ..shading.tree import Input, Output, input_of, linked
 from ..shading.walks.shaders import in_order, shader_inputs
 from .along_rays import along_rays, color

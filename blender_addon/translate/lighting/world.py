@@ -22,8 +22,8 @@ from ..shading.fields import mean_color
 from ..shading.image_files import MISSING
 from ..shading.images import image_of_node
 from ..shading.media import medium_everywhere
+from ..shading.nodes.textures import mapping_matrix
 from ..shading.reader import Reader
-from ..shading.texture_nodes import mapping_matrix
 from ..shading.tree import Input, Output, input_of, linked, searched_once, surface_output
 from ..shading.walks.shaders import in_order
 from ..visibility import cycles_settings, world_hidden_from

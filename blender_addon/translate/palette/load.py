@@ -10,7 +10,7 @@ from spectral_core.spectra.color import WHITE_XYZ, display_rgb_from_linear
 from spectral_core.spectra.observer import xyz_of
 from spectral_core.spectra.spectrum import Illuminant
 
-from ...properties.palette_cell import WEIGHT_LIMIT
+from ...properties.palette.cell import WEIGHT_LIMIT
 from ..spectra.stored import store_spectrum
 from .settings import require_storable, store_settings
 from .table import add_lamp, add_light, add_material, clear, paused, set_references

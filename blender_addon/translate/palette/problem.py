@@ -12,7 +12,7 @@ from spectral_core.spectra.color import linear_from_display_rgb
 from spectral_core.spectra.observer import STANDARD, normalized
 from spectral_core.spectra.spectrum import Illuminant, Interpolation, Reflectance, SpectralGrid, Spectrum
 
-from ...properties.palette_cell import BOXED, REFERRING
+from ...properties.palette.cell import BOXED, REFERRING
 from ..context import finite
 from ..spectra.stored import spectrum_of
 from .paint import has_paint

@@ -12,7 +12,7 @@ from spectral_core.palette import PaletteProblem
 from spectral_core.spectra.observer import STANDARD, xyz_of
 from spectral_core.spectra.spectrum import SpectralGrid
 
-from ...properties.palette import PALETTE_FIELDS, SpectralPalette
+from ...properties.palette.table import PALETTE_FIELDS, SpectralPalette
 from ..context import finite
 
 PHYSICAL = {"reflectance_bounds": (0.0, 1.0), "light_bounds": (0.0, np.inf)}

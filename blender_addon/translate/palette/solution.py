@@ -9,7 +9,7 @@ from spectral_core.palette import PaletteSolution
 from spectral_core.spectra.color import display_rgb_from_linear
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
-from ...properties.palette_cell import NO_ERROR
+from ...properties.palette.cell import NO_ERROR
 from ..spectra.stored import store_spectrum
 from .table import places
 

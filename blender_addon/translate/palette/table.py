@@ -12,7 +12,7 @@ from bpy.types import PropertyGroup, bpy_prop_collection
 from spectral_core.errors import InvalidInputError
 
 from ...properties import hooks
-from ...properties.palette_cell import REFERRING
+from ...properties.palette.cell import REFERRING
 
 Place = tuple[int, int]
 

@@ -27,8 +27,8 @@ from spectral_core.scene import (
 from spectral_core.scene.hair import FUR, SCALES_RAD
 
 from .. import spectra
-from .coordinate_nodes import info
 from .fields import Value, scalar_of
+from .nodes.coordinates import info
 from .reader import Reader, evaluator
 from .shader_inputs import direction_at, held, main_color
 from .tree import Output, linked

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from spectral_core.scene import LARGEST, Color, ImageTexture, MixedPaint, Paint, Scalar, SpectralImage
-from spectral_core.scene.atmosphere import Atmosphere
 from spectral_core.scene.shading import Builder
+from spectral_core.scene.skies.atmosphere import Atmosphere
 from spectral_core.spectra.spectrum import Spectrum
 
 from ... import compat

@@ -32,9 +32,9 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from .. import spectra
 from ..lighting import light_inputs  # noqa: F401  (as below)
-from . import color_nodes, sky_nodes, texture_nodes  # noqa: F401  (importing the node modules registers their evaluators)
 from .fields import Value, scalar_of
 from .hair import hair_lobe, principled_hair
+from .nodes import colors as color_nodes  # noqa: F401  (importing the node modules registers their evaluators)
 from .principled import principled
 from .reader import Reader
 from .shader_inputs import (

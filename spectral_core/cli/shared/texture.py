@@ -38,7 +38,7 @@ def make_texture(
     from spectral_core.files.whole_set import whole_files
     from spectral_core.palette.texture.project import run_project
     from spectral_core.palette.texture.texture import Picture, require_one_size
-    from spectral_core.render.pictures import read_picture
+    from spectral_core.render.images.pictures import read_picture
 
     def progress(share: float, what: str) -> None:
         if tell:

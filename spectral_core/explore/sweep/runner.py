@@ -20,7 +20,7 @@ from spectral_core.errors import InvalidInputError, MissingDependencyError, Rend
 from spectral_core.explore.sweep.files import DRIVER_LOCK, only_holder
 from spectral_core.explore.sweep.ledger import Pace
 from spectral_core.explore.sweep.outcome import ComputeNode, worker_command, worker_prelude
-from spectral_core.explore.sweep.pool import KILLED_FROM_OUTSIDE, WorkerDied, WorkerPool
+from spectral_core.explore.sweep.pool.executor import KILLED_FROM_OUTSIDE, WorkerDied, WorkerPool
 from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.task import OutcomeNotStored, Receipt, compute_point, spooled_record
 

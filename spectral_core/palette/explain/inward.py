@@ -17,7 +17,7 @@ from spectral_core.palette.assemble.equations import equation_of
 from spectral_core.palette.assemble.limits import OPEN, Limits
 from spectral_core.palette.design.decided import HELD
 from spectral_core.palette.design.linear_programs import LARGE, TOLERANCES
-from spectral_core.palette.reachable import CellReach
+from spectral_core.palette.reach.reachable import CellReach
 from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
 
 Array = NDArray[np.float64]

@@ -26,7 +26,7 @@ from spectral_core.render.live.view import NUMBERS, PLAIN_NUMBERS, Viewpoint
 from spectral_core.render.trace.accumulate import LARGEST_SAMPLE, Accumulator
 from spectral_core.render.trace.guides import first_seen, guide_wavelengths
 from spectral_core.render.trace.measure.spectral_measure import Drawn, SpectralMeasure
-from spectral_core.render.trace.path_sampler import path_sampler_class
+from spectral_core.render.trace.path.sampler import path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.scene.camera import PANORAMAS

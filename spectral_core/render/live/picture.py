@@ -16,7 +16,7 @@ from spectral_core.render.live.pace import FIRST_STRIDE, Pace
 from spectral_core.render.live.passes import Launcher, block_order
 from spectral_core.render.live.view import ViewRequest
 from spectral_core.render.trace.guides import MOST_PASSED
-from spectral_core.render.trace.path_sampler import hashed_seed
+from spectral_core.render.trace.path.sampler import hashed_seed
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
 Pixels = NDArray[np.float32]

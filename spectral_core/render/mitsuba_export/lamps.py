@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.environment_image import ENVIRONMENT_AXES, rows_from_pole_to_pole
+from spectral_core.render.images.environment import ENVIRONMENT_AXES, rows_from_pole_to_pole
 from spectral_core.render.mitsuba_export import paints
 from spectral_core.render.mitsuba_export import xml_elements as xml
 from spectral_core.render.mitsuba_export.draft import Draft

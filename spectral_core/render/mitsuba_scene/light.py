@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.render.environment_image import environment
+from spectral_core.render.images.environment import environment
 from spectral_core.render.lights.varying import pattern_texture
 from spectral_core.render.mitsuba_scene import geometry, limits, paint, radiometry
 from spectral_core.render.mitsuba_scene.context import Context

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.render.trace import lobes
-from spectral_core.render.trace.path_state import by_reflections
+from spectral_core.render.trace.path.state import by_reflections
 from spectral_core.scene.passes import GROUP_PREFIX, LIGHT_PASSES, LOBES
 
 LIGHT_ROWS = {name: row for row, name in enumerate(LIGHT_PASSES)}

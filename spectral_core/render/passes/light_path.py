@@ -20,8 +20,8 @@ from spectral_core.render.passes import books
 from spectral_core.render.passes.books import LIGHT_ROWS
 from spectral_core.render.plugins.numbers import table
 from spectral_core.render.trace.lobes import drawn_parts
-from spectral_core.render.trace.path_settings import PathSettings
-from spectral_core.render.trace.scene_path import scene_path_class
+from spectral_core.render.trace.path.integrator import scene_path_class
+from spectral_core.render.trace.path.settings import PathSettings
 from spectral_core.scene import Scene
 
 

@@ -20,11 +20,11 @@ from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES, Decision, EffectPlan
 from spectral_core.render.plan.effects_from_data import Found, effects_of
 from spectral_core.render.plan.effects_from_pilot import measured_effects, unmeasured_kinds
+from spectral_core.render.plan.errors.spectral import rgb_transport_error
 from spectral_core.render.plan.inventory import take_inventory
 from spectral_core.render.plan.levels import KEEP, Effect, chosen, indirect_error
 from spectral_core.render.plan.light.shown import points_beside_surfaces
 from spectral_core.render.plan.pilot import PILOT_BOUNCES, Pilot, run_pilot
-from spectral_core.render.plan.spectral_bound import rgb_transport_error
 from spectral_core.scene import Camera, Film, Scene, require_scene
 
 __all__ = ["MOST_BOUNCES", "Decision", "EffectPlan", "everything_on", "pilot_pays", "plan_effects", "plan_from_data"]

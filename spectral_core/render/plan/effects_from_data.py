@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from spectral_core.render.lens.aperture import width_of_lens
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES, MOST_ERROR, USUAL_BOUNCES, How
-from spectral_core.render.plan.fluorescence import error_without_dyes
+from spectral_core.render.plan.errors.fluorescence import error_without_dyes
+from spectral_core.render.plan.errors.spectral import distinct_lights, rgb_transport_error
+from spectral_core.render.plan.errors.thin_film import error_without_films
+from spectral_core.render.plan.errors.volumes import error_of_media, error_of_volumes
 from spectral_core.render.plan.inventory import Inventory, is_sharp, names, shown_materials
 from spectral_core.render.plan.levels import KEEP, Effect, Level
 from spectral_core.render.plan.light.reflections import USUAL_DIRECT, diffuse_levels, direct_radiance
 from spectral_core.render.plan.light.sizes import largest_light
-from spectral_core.render.plan.spectral_bound import distinct_lights, rgb_transport_error
-from spectral_core.render.plan.thin_film import error_without_films
-from spectral_core.render.plan.volume_bound import error_of_media, error_of_volumes
 from spectral_core.scene import Material, PointLight, RayPortal, Scene, SpotLight, leaves
 from spectral_core.scene.geometry import placed_boxes
 

@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES
 from spectral_core.render.plan.effects_from_data import THIN, Found
+from spectral_core.render.plan.errors.spectral import rgb_transport_error
 from spectral_core.render.plan.inventory import is_sharp, names
 from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.light.reflections import is_linear
 from spectral_core.render.plan.light.shown import bodies_in_view, emission_in_view, error_of_bodies
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
-from spectral_core.render.plan.spectral_bound import rgb_transport_error
 from spectral_core.scene import leaves
 
 COUNTED = (PILOT_BOUNCES, 32, 24, 16, 12, 8, 6, 5, 4, 3, 2, 1, 0)

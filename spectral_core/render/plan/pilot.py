@@ -20,9 +20,9 @@ from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene.rules import Tables
 from spectral_core.render.plan.decision import USUAL_BOUNCES, EffectPlan
 from spectral_core.render.plugins.paints.ray_marks import is_diffuse
-from spectral_core.render.trace.path_settings import PathSettings
-from spectral_core.render.trace.path_state import by_reflections
-from spectral_core.render.trace.scene_path import scene_path_class
+from spectral_core.render.trace.path.integrator import scene_path_class
+from spectral_core.render.trace.path.settings import PathSettings
+from spectral_core.render.trace.path.state import by_reflections
 from spectral_core.scene import Film, Rays, Scene
 from spectral_core.spectra.color import RGB_FROM_XYZ
 

@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from spectral_core.errors import InvalidInputError, counted
+from spectral_core.render.images.spectral_exr import LAYOUT, spectral_channel
 from spectral_core.render.relight.storage import Array, Storage
-from spectral_core.render.spectral_exr import LAYOUT, spectral_channel
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.spectra.observer import STANDARD, linear_rgb_from_product, observer
 from spectral_core.spectra.spectrum import FIRST_NM, LAST_NM, WAVELENGTHS_NM, SpectralGrid, Spectrum

@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.render.images.spectral_exr import spectral_channel
 from spectral_core.render.relight.storage import Array, Storage
-from spectral_core.render.spectral_exr import spectral_channel
 from spectral_core.render.trace.wavelengths import Bands
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import STANDARD, integration_points, observer

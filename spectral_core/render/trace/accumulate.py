@@ -21,7 +21,7 @@ from spectral_core.render.plugins.numbers import channel_mean, table
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.measure.spectral_measure import Drawn, SpectralMeasure
 from spectral_core.render.trace.measure.tile import Tile
-from spectral_core.render.trace.path_sampler import hashed_seed, path_sampler_class
+from spectral_core.render.trace.path.sampler import hashed_seed, path_sampler_class
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from spectral_core.render.plugins.numbers import table
 from spectral_core.render.trace.accumulate import Accumulator
 from spectral_core.render.trace.first_hit import FirstHit
-from spectral_core.render.trace.path_sampler import hashed_seed
+from spectral_core.render.trace.path.sampler import hashed_seed
 from spectral_core.render.trace.wavelengths import WavelengthPlan
 from spectral_core.scene import Camera, Film
 from spectral_core.spectra.color import RGB_FROM_XYZ

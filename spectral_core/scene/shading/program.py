@@ -13,20 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.scene.shading import (  # noqa: F401
-    arithmetic,
-    colors,
-    gabor,
-    geometry,
-    media,
-    noise,
-    patterns,
-    pictures,
-    vectors,
-    voronoi,
-)
+from spectral_core.scene.shading import arithmetic, colors, geometry, media, pictures, vectors  # noqa: F401
 from spectral_core.scene.shading.numpy_backend import NumPy
 from spectral_core.scene.shading.registry import OPERATIONS, SMOOTH_NORMAL, UV_SIGN, UV_TANGENT
+from spectral_core.scene.shading.textures import gabor, noise, patterns, voronoi  # noqa: F401
 
 Setting = str | int | float | bool
 

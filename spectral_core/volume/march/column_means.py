@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from spectral_core.volume.march.arithmetic import bounded, larger, mean_place
-from spectral_core.volume.march.device_table import DeviceTable, Segment
+from spectral_core.volume.march.device.table import DeviceTable, Segment
 
 # The difference of two running integrals has float32's rounding error, which is divided by the span of values between
 # them. Where the result is off by more than 1/4096 of the greatest height, the line through the middle is more exact.

@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.march.arithmetic import larger, smaller
-from spectral_core.volume.march.device import DeviceVolume
-from spectral_core.volume.march.device_grid import BrickLine, DeviceGrid
-from spectral_core.volume.march.device_table import DeviceTable
+from spectral_core.volume.march.device.grid import BrickLine, DeviceGrid
+from spectral_core.volume.march.device.table import DeviceTable
+from spectral_core.volume.march.device.voxels import DeviceVolume
 
 Quadrature = Literal["midpoint", "preintegrated"]
 QUADRATURES: tuple[Quadrature, ...] = ("midpoint", "preintegrated")

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 
 from spectral_core.volume.march.arithmetic import larger, smaller
 from spectral_core.volume.march.column_means import EndOfStep, Extent, column_means
-from spectral_core.volume.march.device_grid import BEYOND
+from spectral_core.volume.march.device.grid import BEYOND
 from spectral_core.volume.march.march_input import on_face
 from spectral_core.volume.march.path import FieldPath
 

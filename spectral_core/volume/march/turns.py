@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from spectral_core.volume.march.arithmetic import larger, smaller
-from spectral_core.volume.march.device import DeviceVolume
+from spectral_core.volume.march.device.voxels import DeviceVolume
 from spectral_core.volume.march.march_input import Rays
 
 NEVER = 1e9  # voxels: farther than any way along a ray

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.march.device import opaque_doubles
+from spectral_core.volume.march.device.voxels import opaque_doubles
 from spectral_core.volume.march.loop import march
 from spectral_core.volume.march.march_input import Limits, MarchInput
 from spectral_core.volume.march.path import FieldPath, Path, Placed, WorldRay

@@ -12,14 +12,14 @@ import numpy as np
 from spectral_core.errors import MissingDependencyError
 from spectral_core.llvm_library import LLVM_INSTALL_HINT
 from spectral_core.volume.image import Stepping
-from spectral_core.volume.march.device import opaque_doubles
+from spectral_core.volume.march.device.voxels import opaque_doubles
 from spectral_core.volume.march.march_input import MarchInput
 from spectral_core.volume.march.path import Placed
 from spectral_core.volume.mitsuba_integrator.lit_rays import LitRays
 from spectral_core.volume.mitsuba_integrator.scene_colors import SceneColors
 from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, VolumeSettings
 from spectral_core.volume.mitsuba_integrator.unit_light import UnitLit, emitter_groups, sees_shadows
-from spectral_core.volume.pilot_places import RayTracer, is_in_picture
+from spectral_core.volume.pilot.places import RayTracer, is_in_picture
 from spectral_core.volume.plan import Plan, plan
 from spectral_core.volume.renderer import VolumeRenderer
 from spectral_core.volume.view import View

@@ -20,7 +20,7 @@ from spectral_core.palette.texture.file import read_texture
 from spectral_core.palette.texture.project import TextureProject, TextureSettings, document_of, read_project
 from spectral_core.palette.texture.realism import DAYLIGHT_SHARES, LED_WIDTHS_NM, realism_cost, white_differences
 from spectral_core.palette.texture.uplift import Pin
-from spectral_core.render.pictures import read_picture
+from spectral_core.render.images.pictures import read_picture
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, linear_from_display_rgb
 from spectral_core.spectra.pictures import png_bytes, write_png_rows

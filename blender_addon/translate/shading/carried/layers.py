@@ -57,7 +57,7 @@ def _gloss(leaf: Principled) -> float:
     thickness = _typical(leaf.thin_film_thickness)
     if thickness == 0:
         return mean_reflectance(index)
-    from spectral_core.render.plan.thin_film import reflectance  # of the renderer, which takes long to import
+    from spectral_core.render.plan.errors.thin_film import reflectance  # of the renderer, which takes long to import
 
     layers = (_typical(leaf.thin_film_ior), complex(index))
     means = [float(reflectance(layers, float(cosine), thickness).mean()) * cosine for cosine in _COSINES[::16]]

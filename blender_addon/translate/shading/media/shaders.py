@@ -14,8 +14,8 @@ from spectral_core.scene.shading import Builder
 from spectral_core.spectra.spectrum import Spectrum
 
 from ... import spectra
-from ..color_nodes import planckian
 from ..fields import Value, mean_color, paint_of
+from ..nodes.colors import planckian
 from ..reader import Reader
 from ..tree import Output, linked
 from ..walks.shaders import folded
