@@ -86,7 +86,7 @@ EVALUATED = "Blender evaluates it before the translation"
 ALIAS = "another word for a setting that is walked"
 OF_A_BONE = "a place on the parent, which Blender evaluates"
 OLDER = "of older Blenders, in which things can be without nodes"
-NODES = "the structs of nodes: tests/blender/test_node_settings_are_read.py"
+NODES = "the structs of nodes: tests/blender/nodes/test_node_settings_are_read.py"
 
 
 NOT_WALKED: dict[str, dict[str, str]] = {

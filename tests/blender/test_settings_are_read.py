@@ -165,8 +165,8 @@ CASES = {
     ),
     "depth of field": Case(
         "CameraDOFSettings", lambda build: _camera(build).dof, {"use_dof": True}, {},
-        {"focus_object": "tests/blender/test_translate_rays.py", "aperture_rotation": "of a lens with blades",
-         "focus_subtarget": "tests/blender/test_focus_on_bones.py"},
+        {"focus_object": "tests/blender/surfaces/test_translate_rays.py", "aperture_rotation": "of a lens with blades",
+         "focus_subtarget": "tests/blender/engine/test_focus_on_bones.py"},
     ),
     "object": Case(
         "Object", _object, {}, {"lightgroup": "another", "rotation_euler": (0.3, 0.2, 0.1)},
@@ -179,7 +179,7 @@ CASES = {
     "material": Case("Material", _material(), besides={**NODES, "diffuse_color": "of a material without nodes"}),
     "material in Cycles": Case(
         "CyclesMaterialSettings", _material("cycles"),
-        besides={"volume_interpolation": "of grids: tests/blender/test_coarse_grids.py"},
+        besides={"volume_interpolation": "of grids: tests/blender/volumes/test_coarse_grids.py"},
     ),
     "layer collection": Case("LayerCollection", _layer("collection")),
     "view layer": Case(
@@ -188,7 +188,7 @@ CASES = {
             **_words(" ".join(n for n in entries()["ViewLayer"].read if n.startswith(("use_pass", "pass_"))),
                      "the engine's passes: tests/blender_ui/test_passes_panel.py"),
             **_words("use use_motion_blur", "the engine's"),
-            **_words("material_override world_override", "pointers: tests/blender/test_translate_combined.py"),
+            **_words("material_override world_override", "pointers: tests/blender/nodes/test_translate_combined.py"),
             **_words("use_solid use_strand use_volumes", "of kinds of objects: rendered_cases.py"),
         },
     ),
@@ -206,14 +206,14 @@ CASES = {
             "engine": "chooses this engine",
             **_words("motion_blur_shutter motion_blur_position", "of motion blur, which is named as a whole"),
             **_words("frame_map_old frame_map_new", "of time: rendered_cases.py"),
-            **_words("use_crop_to_border use_multiview views_format", "the engine's: tests/blender/test_engine.py"),
+            **_words("use_crop_to_border use_multiview views_format", "the engine's: engine/test_engine.py"),
         },
     ),
     "light paths": Case(
         "CyclesRenderSettings", _simplified("cycles"),
         besides={
             **_words("use_camera_cull use_distance_cull camera_cull_margin distance_cull_margin",
-                     "of Simplify and of objects that it may cull: tests/blender/test_translate_rays.py"),
+                     "of Simplify and of objects that it may cull: tests/blender/surfaces/test_translate_rays.py"),
         },
     ),
 }  # fmt: skip

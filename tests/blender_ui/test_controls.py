@@ -55,7 +55,7 @@ def settings_of_blender():
 
 @cache
 def text_of_tests() -> str:
-    files = [file for folder in TESTS.parent.glob("blender*") for file in folder.glob("test_*.py")]
+    files = [file for folder in TESTS.parent.glob("blender*") for file in folder.rglob("test_*.py")]
     return "\n".join(file.read_text("utf-8") for file in files if file != Path(__file__))
 
 
@@ -107,7 +107,7 @@ def test_icons_of_the_panels_exist(registered):
 
 def test_enum_items_have_explicit_numbers(groups):
     """Files store an item's number. Without explicit numbers, a new item would change the meaning of saved files."""
-    for file in (PANELS.parent / "properties").glob("*.py"):
+    for file in (PANELS.parent / "properties").rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):
             if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "EnumProperty":
                 items = next(keyword.value for keyword in node.keywords if keyword.arg == "items")

@@ -124,7 +124,7 @@ IN_A_TEST_OF_ITS_OWN = {
 
 
 BY_NAME = {
-    "blender/test_dispersion.py": "SpectralDispersion.source SpectralDispersion.abbe_number "
+    "blender/surfaces/test_dispersion.py": "SpectralDispersion.source SpectralDispersion.abbe_number "
                                   "SpectralDispersion.material",
     "blender_ui/test_palette_live.py": "SpectralPalette.live",
     "blender_ui/test_palette_possible.py": "SpectralPalette.possible_follows",

@@ -29,8 +29,8 @@ from spectral_core.scene import (
     World,
     gray,
 )
+from tests.render.media.test_medium import box
 from tests.render.scenes import matrix
-from tests.render.test_medium import box
 
 SIDE, SAMPLES = 16, 32
 
