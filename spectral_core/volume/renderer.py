@@ -55,6 +55,10 @@ class VolumeRenderer:
         """Largest difference of a voxel from its value in single precision, in data units."""
         return self.device_volume.rounding
 
+    def rounding_at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Largest rounding error, in data units, of places of the field that have the data ``values`` (n,)."""
+        return self.device_volume.rounding_at(values)
+
     @property
     def edge(self) -> int:
         """Brick edge in voxels: fine enough to skip empty space, coarse enough to prepare a function quickly."""

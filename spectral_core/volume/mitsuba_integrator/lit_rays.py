@@ -48,10 +48,14 @@ class LitRays:
     ) -> None:
         self._renderer, self._light, self._colors, self._placed = renderer, light, colors, placed
         self.volume: ScalarVolume = renderer.volume
-        self.types, self.rounding = renderer.types, renderer.rounding
+        self.types = renderer.types
         matrix = self.volume.world_from_index
         self._rows = [opaque_doubles(self.types, row) for row in matrix[:3, :3]]
         self._offset = opaque_doubles(self.types, matrix[:3, 3])
+
+    def rounding_at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """As the renderer's."""
+        return self._renderer.rounding_at(values)
 
     def shown_corners(self, transfer: TransferFunction) -> NDArray[np.float64]:
         """As the renderer's."""

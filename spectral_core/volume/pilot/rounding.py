@@ -8,6 +8,7 @@ is narrow for the field, or a ray grazes an object, a ten-millionth of the field
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -34,9 +35,8 @@ class Rounded(Protocol):
     volume: ScalarVolume
     types: Any
 
-    @property
-    def rounding(self) -> float:
-        """Largest difference of a voxel from its value in single precision, in data units."""
+    def rounding_at(self, values: Array) -> Array:
+        """Largest rounding error, in data units, of places of the field that have the data ``values`` (n,)."""
 
 
 def other_roundings(
@@ -55,7 +55,7 @@ def other_roundings(
     camera = beside_camera(view, renderer.volume)
     changes += [] if camera is None else [({"view": camera}, 0.0)]
     for times in _SHIFTS:
-        knots = shifted_knots(transfer, times * renderer.rounding)
+        knots = shifted_knots(transfer, renderer.rounding_at, times)
         changes += [] if knots is None else [({"transfer": knots}, 20.0 * math.log10(times))]
     return changes
 
@@ -70,17 +70,36 @@ def has_jump(transfer: TransferFunction) -> bool:
     return False
 
 
-def shifted_knots(transfer: TransferFunction, shift: float) -> TransferFunction | None:
-    """The function with its knots ``shift`` higher; None if all parts between two knots are much wider than that.
+def shifted_knots(
+    transfer: TransferFunction, rounding_at: Callable[[Array], Array], times: float
+) -> TransferFunction | None:
+    """The function with each knot moved by ``times`` its rounding; None if all parts between two knots are much wider.
 
     Data of 32 and 64 bits are stored in single precision. Where a function tells apart values that are stored as one,
-    the picture is wrong, and its reference reads the same values.
+    the picture is wrong, and its reference reads the same values. The rounding of a value is in proportion to its size:
+    of data over many decades, one shift of all knots would be larger than most of them. A value at a jump stays at it
+    or above, since knots are rounded as values are, and those just below may be rounded to it: so knots are moved
+    down. Knots that are smaller than their rounding are stored as values around them are, and moved up.
     """
-    widths = np.concatenate([np.diff(material.values) for material in transfer.materials])
-    if shift <= _WIDE * widths.min(initial=np.inf):
+    shifts = [times * rounding_at(material.values) for material in transfer.materials]
+    is_wide = [
+        np.all(np.maximum(by[:-1], by[1:]) <= _WIDE * np.diff(material.values))
+        for material, by in zip(transfer.materials, shifts, strict=True)
+    ]
+    if all(is_wide):
         return None
-    moved = [replace(material, values=material.values + shift) for material in transfer.materials]
+    moved = [
+        replace(material, values=_moved(material.values, by))
+        for material, by in zip(transfer.materials, shifts, strict=True)
+    ]
     return replace(transfer, materials=tuple(moved))
+
+
+def _moved(knots: Array, by: Array) -> Array:
+    """Knots (n,) moved down by ``by`` (n,), or up where they are smaller than it, in their order."""
+    is_lost = (knots != 0.0) & (by >= np.abs(knots))
+    moved: Array = np.maximum.accumulate(knots + np.where(is_lost, by, -by))
+    return moved
 
 
 def beside_camera(view: View, volume: ScalarVolume) -> View | None:

@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.volume.field import ScalarVolume
-from spectral_core.volume.march.arithmetic import bounded, smaller
+from spectral_core.volume.march.arithmetic import bounded
 
 _PACKED_LIMIT = 1 << 28  # voxels; four bytes each
 _MOST_VOXELS = (1 << 32) - 1  # Dr.Jit numbers the entries of an array in 32 bits
+_LEAST = 2.0**-126  # the least number of full precision
 _GREATEST = 1e300  # the difference of larger values may be no double
 
 
@@ -52,10 +53,8 @@ class DeviceVolume:
         self.packed = self.is_byte and data.size <= _PACKED_LIMIT
         self.sizes = opaque(types.UInt32, volume.shape)
         self.last = opaque_vector(types, [n - 1 for n in volume.shape])
-        self.below = types.Array3u(*opaque(types.UInt32, [max(n - 2, 0) for n in volume.shape]))
-        strides = (1, volume.shape[0], volume.shape[0] * volume.shape[1])
-        # A neighbor beyond a single slice is the slice itself.
-        self.hops = opaque(types.UInt32, [s if n > 1 else 0 for s, n in zip(strides, volume.shape, strict=True)])
+        self.edge = types.Array3u(*opaque(types.UInt32, [n - 1 for n in volume.shape]))
+        self.hops = opaque(types.UInt32, [1, volume.shape[0], volume.shape[0] * volume.shape[1]])
         self.rounding = 0.0
         """Largest difference of a stored value from its voxel, in data units."""
         self.store = self._upload(data)
@@ -75,6 +74,16 @@ class DeviceVolume:
             self.rounding = max(self.rounding, self.unit * float(np.abs(into - exact).max()))
         return types.Float(stored.ravel())
 
+    def rounding_at(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Largest rounding error, in data units, of places of the field that have the data ``values`` (n,).
+
+        Voxels are rounded in proportion to their distance from ``base``, and so is a mean of voxels on one side of it.
+        A mean of voxels on both sides may be smaller than all of them; then the nearer end of the data counts.
+        """
+        ends = [end - self.base for end in self.volume.value_range]
+        across = max(min(-ends[0], ends[1]), 0.0)
+        return np.minimum(self.rounding, 2.0**-24 * (np.abs(values - self.base) + 2 * across) + _LEAST * self.unit)
+
     def value(self, p: Any, active: Any = True) -> Any:
         """Trilinear value at ``p`` (Array3f, index coordinates), in stored units."""
         edges, (x, y, z) = self.cell(p, active)
@@ -91,10 +100,14 @@ class DeviceVolume:
 
         types = self.types
         clamped = bounded(p, 0.0, self.last)
-        # At the last voxel center the cell is the one before it, with a weight of 1.
-        cell = smaller(types.Array3u(clamped), self.below)
+        cell = types.Array3u(clamped)
         first = dr.fma(dr.fma(cell.z, self.sizes[1], cell.y), self.sizes[0], cell.x)
-        hx, hy, hz = self.hops
+        # A neighbor beyond the last voxel is that voxel itself. As the end of the cell before it, with a weight of 1,
+        # it would have the rounding error of its neighbor, which may be many decades larger, in half a voxel.
+        hx, hy, hz = (
+            dr.select(place < edge, types.UInt32(hop), types.UInt32(0))
+            for place, edge, hop in zip(cell, self.edge, self.hops, strict=True)
+        )
         if self.packed:
             # Two gathers instead of eight: each word holds its voxel's neighbors across y and z.
             here = dr.gather(types.UInt32, self.store, first, active)
