@@ -275,6 +275,7 @@ def test_copying_a_target_copies_the_whole_request_of_a_cell(palette):
 def test_a_path_relative_to_the_file_is_not_marked_as_wrong(registered):
     """From 5.0 on, Blender shows a path that starts with // in red, unless the property allows it."""
     import inspect
+    import sys
 
     import blender_addon.properties as declared
     from blender_addon import preferences
@@ -282,7 +283,8 @@ def test_a_path_relative_to_the_file_is_not_marked_as_wrong(registered):
     found = 0
     if "is_path_supports_blend_relative" not in registered.types.StringProperty.bl_rna.properties:
         pytest.skip("before 5.0 every path may")
-    modules = [value for value in vars(declared).values() if inspect.ismodule(value)] + [preferences]
+    within = [module for name, module in sys.modules.items() if name.startswith(declared.__name__ + ".")]
+    modules = [*within, preferences]
     for kind in {one for module in modules for _, one in inspect.getmembers(module, inspect.isclass)}:
         if not hasattr(kind, "bl_rna") or not kind.__module__.startswith("blender_addon"):
             continue

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
@@ -99,7 +100,7 @@ class Shown:
 
 def labeled() -> set[str]:
     """All properties of the extension that have a label, as ``Struct.property``."""
-    modules = [value for value in vars(declared).values() if inspect.ismodule(value)]
+    modules = [module for name, module in sys.modules.items() if name.startswith(declared.__name__ + ".")]
     return {
         f"{kind.__name__}.{name}"
         for module in modules
