@@ -277,14 +277,11 @@ def test_a_path_relative_to_the_file_is_not_marked_as_wrong(registered):
     import inspect
     import sys
 
-    import blender_addon.properties as declared
-    from blender_addon import preferences
-
     found = 0
     if "is_path_supports_blend_relative" not in registered.types.StringProperty.bl_rna.properties:
         pytest.skip("before 5.0 every path may")
-    within = [module for name, module in sys.modules.items() if name.startswith(declared.__name__ + ".")]
-    modules = [*within, preferences]
+    within = ("blender_addon.properties.", "blender_addon.preferences")
+    modules = [module for name, module in sys.modules.items() if name.startswith(within)]
     for kind in {one for module in modules for _, one in inspect.getmembers(module, inspect.isclass)}:
         if not hasattr(kind, "bl_rna") or not kind.__module__.startswith("blender_addon"):
             continue
