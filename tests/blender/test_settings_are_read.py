@@ -206,7 +206,9 @@ CASES = {
             "engine": "chooses this engine",
             **_words("motion_blur_shutter motion_blur_position", "of motion blur, which is named as a whole"),
             **_words("frame_map_old frame_map_new", "of time: rendered_cases.py"),
-            **_words("use_crop_to_border use_multiview views_format", "the engine's: engine/test_engine.py"),
+            **_words(
+                "use_crop_to_border use_multiview views_format", "the engine's: tests/blender/engine/test_engine.py"
+            ),
         },
     ),
     "light paths": Case(

@@ -177,7 +177,7 @@ OF_CYCLES = frozenset(
 )  # fmt: skip
 """Names that Cycles keeps for data of its own, such as the grids of a volume: no other attribute is found by them, and
 no UV map by the nodes Attribute and Color Attribute.
-Those of which every mesh has data are in ``coordinate_nodes.ALWAYS_THERE``.
+Those of which every mesh has data are in ``nodes.coordinates.ALWAYS_THERE``.
 """
 
 

@@ -34,7 +34,7 @@ from .. import spectra
 from ..lighting import light_inputs  # noqa: F401  (as below)
 from .fields import Value, scalar_of
 from .hair import hair_lobe, principled_hair
-from .nodes import colors as color_nodes  # noqa: F401  (importing the node modules registers their evaluators)
+from .nodes import colors, skies, textures  # noqa: F401  (importing the node modules registers their evaluators)
 from .principled import principled
 from .reader import Reader
 from .shader_inputs import (

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A pilot: a hundred thousand paths of a small picture, with the light of each type of path.
 
-The renderer's path integrator traces them (``trace.scene_path``), in spectra where the picture needs them: a paint
+The renderer's path integrator traces them (``trace.path.integrator``), in spectra where the picture needs them: a paint
 that is black in daylight may reflect all light of a lamp. Beside the picture, they fill bins by pixel, batch and row:
 number of bounces of the light in total and by type, caustics, light through transparent surfaces, and light of the
 environment. The loss of an effect is the sum of its rows.

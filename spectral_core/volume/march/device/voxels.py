@@ -19,7 +19,8 @@ from spectral_core.volume.march.arithmetic import bounded
 
 _PACKED_LIMIT = 1 << 28  # voxels; four bytes each
 _MOST_VOXELS = (1 << 32) - 1  # Dr.Jit numbers the entries of an array in 32 bits
-_LEAST = 2.0**-126  # the least number of full precision
+_ROUNDING = 2.0**-24  # largest relative error of a number that is rounded to single precision
+_LEAST = 2.0**-126  # the least number that has this precision
 _GREATEST = 1e300  # the difference of larger values may be no double
 
 
@@ -82,7 +83,7 @@ class DeviceVolume:
         """
         ends = [end - self.base for end in self.volume.value_range]
         across = max(min(-ends[0], ends[1]), 0.0)
-        return np.minimum(self.rounding, 2.0**-24 * (np.abs(values - self.base) + 2 * across) + _LEAST * self.unit)
+        return np.minimum(self.rounding, _ROUNDING * (np.abs(values - self.base) + 2 * across) + _LEAST * self.unit)
 
     def value(self, p: Any, active: Any = True) -> Any:
         """Trilinear value at ``p`` (Array3f, index coordinates), in stored units."""
