@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The translation alone imports every module that registers nodes: other tests import single ones, and so hide a lack."""
+"""The translation alone imports every module that registers nodes: other tests import some of them, and hide a lack."""
 
 from __future__ import annotations
 
