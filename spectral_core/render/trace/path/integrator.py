@@ -10,15 +10,12 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from spectral_core.render.lights.choice import Receiver
 from spectral_core.render.mitsuba_scene.rules import RayRules, Tables
 from spectral_core.render.plugins.closures.facets import microfacet
-from spectral_core.render.plugins.closures.subsurface import DIVES
-from spectral_core.render.plugins.paints.ray_marks import ray_marks, shadow_marks
-from spectral_core.render.trace import clear_glass, hit_sides, lobes, portals, reradiation
-from spectral_core.render.trace.below.dive import dive
-from spectral_core.render.trace.below.leaving import cosine_out, leaving
+from spectral_core.render.trace import clear_glass, hit_sides, reradiation
 from spectral_core.render.trace.media import in_media, starts
+from spectral_core.render.trace.path import bounce, hit
+from spectral_core.render.trace.path import direct as direct_light
 from spectral_core.render.trace.path import limits as path_limits
 from spectral_core.render.trace.path.settings import MOST_LAYERS, PathSettings
 from spectral_core.render.trace.path.state import path_state_class
@@ -50,6 +47,9 @@ def scene_path_class(variant: str) -> Any:
         even_lobe, is_hole, clear_way = reradiation.even_lobe, clear_glass.is_hole, path_limits.clear_way
         count, cut_caustic, clamped = path_limits.count, path_limits.cut_caustic, path_limits.clamped
         seen_side, sides_of, kind_of = hit_sides.seen_side, hit_sides.sides_of, hit_sides.kind_of
+        # one step of a path, in this order
+        meet, gather, direct = hit.meet, hit.gather, direct_light.direct
+        draw, leave, enter = bounce.draw, bounce.leave, bounce.enter
 
         def __init__(self, settings: PathSettings, tables: Tables, lights: Any, sampled: Any = None) -> None:
             super().__init__(mi.Properties())
@@ -104,87 +104,13 @@ def scene_path_class(variant: str) -> Any:
 
         def step(self, scene: Any, path: Any, sampler: Any) -> tuple[Any, Any]:
             """One ray to the next hit: emission along it, direct light at the hit, and the continuation of the path."""
-            kind = dr.select(path.leaves, 0, path.kind)
-            si = self.tables.intersect_seen(scene, path.ray, kind, path.active, path.depth == 0)
-            shape = self.tables.shape_number(si)
-            from_within = self.tables.from_within(shape, si, path.ray.d)
-            unseen = path.active & si.is_valid() & (self.tables.passes(shape, path.kind) | from_within)
-            path.within -= dr.select(unseen & from_within, dr.minimum(path.within, 1), 0)
-            si.dn_du = -path.ray.d  # the viewer's direction for closures, see plugins.closures.facets.upright
-            si.dn_dv = ray_marks(mi, dr, path)
-            microfacet.blur(si, self.filter_glossy, path.least_density)
-            si.wi = self.upright(si)
-            leaves = path.leaves & path.active
-            if self.sampled is not None:
-                # before the light of the hit, which reaches the path through them
-                gained = self.sampled.cross(self, scene, si, path, sampler)
-                path.add(self.clamped(gained, path.depth > 0), path.diffuse)
-            unseen &= ~leaves
-            floats, place = mi.Bool(False), si
-            if self.tables.media is not None:
-                ends = path.active & si.is_valid() & ~unseen & ~self.tables.media.is_border(shape, path.active)
-                floats, place = self.fly(si, path, sampler, path.active & ~leaves)
-                self.fog = in_media.asks_light(self.flight, ends, self.lights), self.flight.parts
-                unseen &= ~floats
-            arrived = self.arrived(si, path, path.active & ~unseen & ~leaves & ~floats)
-            path.add(mi.Spectrum(self.clamped(path.throughput * arrived, path.depth > 1)), path.diffuse)
-
-            hit = path.active & si.is_valid() & ~unseen & ~floats
-            hole = hit & self.is_hole(shape, path)
-            hit &= ~hole
-            path.seen |= hit | floats
-            bsdf = self.tables.surface(si)
-            # as many transparent surfaces as the scene allows, and one more segment behind the last, as in Cycles
-            hit &= (~self.cut_caustic(bsdf, path.kind) | leaves) & (path.passed < dr.maximum(self.layers, 1))
-            bsdf.compute(si, hit | hole)
-            matt, along = self.even_lobe(si, path, sampler, hit & ~path.last)
-            place.wavelengths = si.wavelengths  # a dye may have changed them
-            lit = (place, bsdf, shape, (matt, along))
-            asks = hit if self.fog is None else hit | self.fog[0]
-            direct = self.direct(scene, sampler, lit, path, asks & ~path.last)
-            path.add(mi.Spectrum(self.clamped(self.carried * direct, path.depth > 0)), path.diffuse + 1)
-            pick, direction = sampler.next_1d(), sampler.next_2d()
-            bs, weight = bsdf.sample(mi.BSDFContext(), si, pick, direction, hit & ~matt)
-            dives = hit & ~matt & ~path.last & ((bs.sampled_type & DIVES) != 0)
-            outward = si.to_world(bs.wo)
-            drawn_well = self.leaves_as_drawn(si, bs, outward)
-            if self.tables.has_even_lobes:
-                left, through = leaving(mi, dr, si, along, direction)
-                bs, weight = dr.select(matt, left, bs), dr.select(matt, mi.Spectrum(1.0), weight)
-                outward, drawn_well = dr.select(matt, through, outward), drawn_well | matt
-            straight = mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)
-            scatters = hit & ~straight & ~path.last & ~dives & drawn_well
-            onward = unseen | (hit & straight) | scatters | hole
-            border = mi.Bool(False)
-            if self.tables.media is not None:
-                ways = path.ray.d, dr.select(scatters, outward, path.ray.d)
-                path.medium, path.outer = self.tables.media.crossed(
-                    (path.medium, path.outer), shape, si, ways, onward & si.is_valid()
-                )
-                border = self.tables.media.is_border(shape, hit)
-            clear_glass.cut_holes(self, si, bsdf, path, (hit, hole))
-            path.throughput = dr.select(hit & ~dives, path.throughput * weight, path.throughput)
-            path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
-            path.passed = dr.select((hit & straight & ~border) | hole, path.passed + 1, path.passed)
-            self.count(path, bs, scatters)
-            path.remember(si, bs, shape, scatters, self.sides_of(bsdf, leaves))
-            path.go_on(si, outward, onward, scatters, self.tables.counts_lengths)
-            path.ray, stays = self.tables.out_of_strand(scene, (si, shape), path.ray, scatters)
-            path.within += dr.select(stays, mi.UInt32(1), 0)
-            portals.send_on(self.tables, (si, bsdf, bs), path, pick, hit & straight)
-            bounces = scatters
-            if self.tables.media is not None:
-                limits, of = (self.volume, self.bounces), (place, path, self.flight)
-                turns = in_media.scatter(self.tables.media, of, (pick, direction), floats, limits)
-                onward, bounces = onward | turns, scatters | turns
-            path.leaves &= unseen
+            met = self.meet(scene, path, sampler)
+            surface = self.gather(scene, path, sampler, met)
+            drawn = self.draw(path, sampler, met, surface)
+            onward, bounces = self.leave(scene, path, met, surface, drawn)
+            path.leaves &= met.unseen
             if self.tables.subsurface:
-                start = (si, shape, bs, weight, path.throughput, dives, path.diffuse > 0, bsdf, pick)
-                below, factor, surfaces, sampler = dive(mi, dr, scene, self.tables, start, sampler)
-                dives &= surfaces
-                path.ray = dr.select(dives, below, path.ray)
-                path.throughput = dr.select(dives, path.throughput * factor, path.throughput)
-                path.leaves |= dives
+                dives, sampler = self.enter(scene, path, sampler, (met, surface, drawn))
                 onward |= dives
 
             strongest = dr.max(path.throughput)
@@ -229,69 +155,6 @@ def scene_path_class(variant: str) -> Any:
         def share_of(self, path: Any, of: Any = None) -> Any:
             """Weight of a light that a ray hits, against sampling it; a function of its number and density."""
             return path_limits.share_of(self.tables, path, (self.lights.even_world, self.lights.varied_world), of)
-
-        def direct(self, scene: Any, sampler: Any, hit: tuple[Any, ...], path: Any, active: Any) -> Any:
-            """Direct light of one drawn emitter at a hit (interaction, BSDF, number, even lobe) and what covers it."""
-            self.asked, self.carried = mi.UInt32(0), path.throughput
-            if self.lights.is_empty:
-                return mi.Spectrum(0.0)
-            si, bsdf, shape, (matt, along) = hit
-            floats, parts = (mi.Bool(False), []) if self.fog is None else self.fog
-            wanted = active & (mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth) | floats)
-            both, kinds = self.sides_of(bsdf, path.leaves)
-            to = Receiver(si.p, self.seen_side(si, path.ray.d), both | floats)
-            receiver = shape if self.flight is None else dr.select(floats, in_media.receiver(path), shape)
-            to.kinds, to.unlit = dr.select(floats, int(Rays.VOLUME), kinds), self.tables.unlit_by(receiver)
-            if self.flight is not None:
-                to.floats, to.stretch = floats, in_media.stretch_of(self.flight, path.ray)
-            chosen = self.lights.choose(to, sampler, wanted)
-            if chosen.center is not None:
-                si, carried = in_media.ask_along(self.flight, (si, path.ray), (to, chosen), sampler, wanted & floats)
-                self.carried = dr.select(floats, carried, path.throughput)
-            drawn = self.lights.draw(self.tables.at_bounce(si), to, chosen, sampler, self.tables, wanted)
-            wanted &= drawn.pdf != 0.0
-            self.asked = drawn.number
-            wo = si.to_local(drawn.direction)
-            # on a surface, only closures that see the light count; see ``lobes``
-            kind = dr.select(floats, int(Rays.VOLUME), self.kind_of(bsdf, si, wo, path.leaves))
-            wanted &= self.tables.lights_it(drawn.number, dr.select(floats | matt, kind, 0), path.depth, receiver)
-            kept = self.keeps_side(si, wo, drawn.direction, bsdf)
-            ray, lifted = self.shadow_ray(si, drawn, -path.ray.d, bsdf)
-            wanted &= kept | matt | floats | lifted
-            place = hit_sides.lifted_place(si, lifted, drawn.number != self.lights.even_world)
-            value, pdf = bsdf.eval_pdf(mi.BSDFContext(), place, wo, wanted & ~matt & ~floats)
-            media = mi.UInt32(0), mi.UInt32(0)
-            if self.tables.media is not None:
-                hits, ways = (si, shape, path), (path.ray.d, drawn.direction)
-                fog, media = in_media.toward(self.tables.media, hits, ways, (floats, parts), wanted)
-                value, pdf = dr.select(floats, mi.Spectrum(fog[0]), value), dr.select(floats, fog[1], pdf)
-            if self.tables.has_even_lobes:
-                out = cosine_out(mi, dr, si, along, drawn.direction) / dr.pi
-                value, pdf = dr.select(matt, mi.Spectrum(out), value), dr.select(matt, out, pdf)
-            if self.tables.lights is not None:
-                hidden = self.tables.look_up(self.tables.lights, drawn.number)
-                value *= lobes.visible_share(hidden, (place, bsdf), wo, value, wanted & ~matt & ~floats)
-            self.asked_way = (wo, value)
-            share = dr.select(drawn.delta, 1.0, path_limits.squared_share(drawn.pdf, pdf))
-            shadowless = mi.Bool(False)
-            if self.tables.shadowless is not None:
-                shadowless = self.tables.look_up(self.tables.shadowless, drawn.number) != 0
-            if self.tables.only_sampled is not None:
-                share = path_limits.share_alone(self.tables, drawn, pdf, share)
-            wanted &= dr.any(value * drawn.value != 0.0)
-            ray = dr.select(floats, si.spawn_ray_to(drawn.point), ray)
-            ray.time = mi.Float(0.0)  # its length counts from here
-            start = si, shape, (path.within > 0) | path.leaves
-            by = drawn.number, kind, share
-            share = path_limits.share_past_linked(self.tables, self.layers, (scene, ray), by, wanted & ~shadowless)
-            # in Cycles scattered rays alone meet an even environment, and pass what they do not see
-            kind = dr.select(drawn.number == self.lights.even_world, kind, int(Rays.SHADOW))
-            light = drawn.number, path.passed, shadow_marks(mi, si.dn_dv), kind
-            clear = self.clear_way(scene, (ray, media, start), light, wanted & ~shadowless)
-            if self.sampled is not None:
-                # between all surfaces on the way at once, whatever these let pass
-                clear = clear * self.sampled.clear(ray, drawn.number, wanted & ~shadowless)
-            return dr.select(wanted, value * drawn.value * share * dr.select(shadowless, 1.0, clear), 0.0)
 
         def to_string(self) -> str:
             return "ScenePath"
