@@ -14,6 +14,66 @@ FEWEST, STEPS, HIGHEST = 6.0, 2.0, 48.0
 """Rays through the strand that estimate a value: the fewest, their number times the roughness, and the most."""
 
 
+@dataclass(frozen=True, eq=False)
+class Wall:
+    """The first wall of a strand, where a ray meets it.
+
+    ``gamma``: angle around the strand; ``meso``, ``macro``: normals with and without the tilt of its scales;
+    ``cos_i``: cosine of the ray; ``stretch``: angle per height; ``outer``: factor that keeps the energy of facets.
+    """
+
+    gamma: Any
+    meso: Any
+    macro: Any
+    cos_i: Any
+    stretch: Any
+    outer: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A ray from the first wall to the second.
+
+    ``wt``: its direction; ``angle``: that around the strand; ``gamma``, ``meso``, ``macro``: the second wall;
+    ``cos_o``, ``cos_next``: cosines of the ray at both walls; ``enters``: true if there is such a ray; ``clear``:
+    transmittance of the strand along it; ``light``: share of the light that it carries, without absorption.
+    """
+
+    wt: Any
+    angle: Any
+    gamma: Any
+    meso: Any
+    macro: Any
+    cos_o: Any
+    cos_next: Any
+    enters: Any
+    clear: Any
+    light: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """A ray from the second wall to the third; members as those of ``Entry``.
+
+    ``cos_last``, ``cos_after``: cosines at the third and the second wall; ``turns``: true if there is such a ray;
+    ``stays``: true if the facet and the walls see both ends; ``in_sight``: true if the facet sees the ray before it;
+    ``bounced``: share that the second wall reflects.
+    """
+
+    wr: Any
+    gamma: Any
+    meso: Any
+    macro: Any
+    cos_last: Any
+    cos_after: Any
+    turns: Any
+    stays: Any
+    in_sight: Any
+    bounced: Any
+    clear: Any
+    light: Any
+
+
 @dataclass
 class Strand:
     """A strand of Huang's model at a hit.
@@ -71,89 +131,122 @@ class Strand:
 
     def through(self, wo: Any, height: Any, draws: list[Any]) -> Any:
         """Light of a ray that meets the strand at a height: reflected, transmitted, reflected inside once, more."""
-        mi, dr = self.mi, self.dr
-        section, wi, alpha, eta = self.section, self.wi, self.alpha, self.eta
-        inverse = dr.rcp(eta)
+        mi, wall = self.mi, self.first_wall(height)
+        entry = self.enter(wall, draws)
+        turn = self.turn(wall, entry, draws)
+        total = mi.Spectrum(self.reflected(wo, wall))
+        total += self.transmitted(wo, wall, entry) * entry.clear
+        total += self.reflected_inside(wo, wall, entry, turn) * (entry.clear * turn.clear)
+        return total + self.rest(wo, wall, entry, turn, draws)
+
+    def first_wall(self, height: Any) -> Wall:
+        """The wall of the strand that a ray meets at a height."""
+        section = self.section
         gamma = section.angle_at(height)
         meso, macro = section.normal(self.tilt, gamma), section.normal(0.0, gamma)
-        stretch = section.angle_per_height(gamma)
-        cos_i = dr.dot(wi, meso)
-        outer = self.scale(cos_i, outside=True)
+        cos_i = self.dr.dot(self.wi, meso)
+        return Wall(gamma, meso, macro, cos_i, section.angle_per_height(gamma), self.scale(cos_i, outside=True))
 
+    def reflected(self, wo: Any, wall: Wall) -> Any:
+        """Light that the first wall reflects."""
+        mi, dr, section, wi, alpha = self.mi, self.dr, self.section, self.wi, self.alpha
         half = dr.normalize(wi + wo)
-        seen = section.sees(wi, macro, half) & section.sees(wo, macro, half)
-        lit = section.facets(alpha, dr.dot(meso, half)) * section.masked(alpha, cos_i, dr.dot(meso, wo))
-        fresnel = mi.fresnel(dr.dot(wi, half), eta)[0]
-        first = 0.25 * self.shares[0] * fresnel * lit * section.arc(gamma) * outer
-        total = mi.Spectrum(dr.select(seen, first * stretch, 0.0))
+        seen = section.sees(wi, wall.macro, half) & section.sees(wo, wall.macro, half)
+        masked = section.masked(alpha, wall.cos_i, dr.dot(wall.meso, wo))
+        lit = section.facets(alpha, dr.dot(wall.meso, half)) * masked
+        fresnel = mi.fresnel(dr.dot(wi, half), self.eta)[0]
+        first = 0.25 * self.shares[0] * fresnel * lit * section.arc(wall.gamma) * wall.outer
+        return dr.select(seen, first * wall.stretch, 0.0)
 
-        facet = section.drawn(alpha, wi, meso, draws[0], draws[1])
-        entry = inside(mi, dr, wi, facet, eta)
-        wt, passed, facing = entry
-        angle_t = dr.atan2(wt.x, wt.z)
-        next_gamma = 2.0 * section.turned(angle_t) - gamma
-        next_meso, next_macro = section.normal(-self.tilt, next_gamma), section.normal(0.0, next_gamma)
-        cos_o, cos_next = dr.dot(-wt, meso), dr.dot(-wt, next_meso)
-        enters = (facing > 0.0) & section.sees(wi, meso, facet) & section.sees(wi, macro, facet)
-        enters &= section.sees(-wt, meso, facet) & section.sees(-wt, macro, facet)
-        along = dr.rcp(dr.maximum(dr.safe_sqrt(1.0 - dr.square(wt.y)), 1e-4))
-        clear = dr.exp(-self.absorption * along * section.chord(gamma, next_gamma + pi))
-        inner = self.scale(cos_next, outside=False)
-        shadow = section.masked_after(alpha, cos_i, cos_o)
+    def enter(self, wall: Wall, draws: list[Any]) -> Entry:
+        """The ray inside, from the first wall to the second."""
+        mi, dr, section, wi, alpha = self.mi, self.dr, self.section, self.wi, self.alpha
+        facet = section.drawn(alpha, wi, wall.meso, draws[0], draws[1])
+        wt, passed, facing = inside(mi, dr, wi, facet, self.eta)
+        angle = dr.atan2(wt.x, wt.z)
+        gamma = 2.0 * section.turned(angle) - wall.gamma
+        meso, macro = section.normal(-self.tilt, gamma), section.normal(0.0, gamma)
+        cos_o, cos_next = dr.dot(-wt, wall.meso), dr.dot(-wt, meso)
+        enters = (facing > 0.0) & section.sees(wi, wall.meso, facet) & section.sees(wi, wall.macro, facet)
+        enters &= section.sees(-wt, wall.meso, facet) & section.sees(-wt, wall.macro, facet)
+        clear = self.clear_along(wt, wall.gamma, gamma + pi)
+        light = passed * wall.outer * section.masked_after(alpha, wall.cos_i, cos_o)
+        light *= self.scale(cos_next, outside=False)
+        return Entry(wt, angle, gamma, meso, macro, cos_o, cos_next, enters, clear, light)
 
-        # out at the second wall
-        out = -wt + inverse * wo
-        size = dr.rcp(dr.maximum(dr.norm(out), 1e-9))
-        out *= size
+    def transmitted(self, wo: Any, wall: Wall, entry: Entry) -> Any:
+        """Light that leaves through the second wall, without absorption."""
+        mi, dr, section, wt = self.mi, self.dr, self.section, entry.wt
+        inverse = dr.rcp(self.eta)
+        out, size = self.facet_of(-wt, wo)
         leaves = 1.0 - mi.fresnel(dr.dot(-wt, out), inverse)[0]
-        density = section.facets(alpha, dr.dot(next_meso, out)) * section.masked(
-            alpha, cos_next, dr.dot(-wo, next_meso)
-        )
-        second = passed * outer * leaves * inner * density * shadow * cos_i / dr.maximum(cos_o, 1e-6)
-        second *= dr.dot(-wt, out) * dr.dot(-wo, out) * dr.square(size) * section.arc(next_gamma)
-        fits = enters & (dr.dot(wo, wt) >= inverse - 1e-5) & (dr.dot(next_meso, out) >= 0.0) & (second > 0.0)
-        total += dr.select(fits, self.shares[1] * second * stretch * dr.square(inverse), 0.0) * clear
+        facing = dr.dot(entry.meso, out)
+        masked = section.masked(self.alpha, entry.cos_next, dr.dot(-wo, entry.meso))
+        second = entry.light * leaves * section.facets(self.alpha, facing) * masked
+        second *= wall.cos_i / dr.maximum(entry.cos_o, 1e-6)
+        second *= dr.dot(-wt, out) * dr.dot(-wo, out) * dr.square(size) * section.arc(entry.gamma)
+        fits = entry.enters & (dr.dot(wo, wt) >= inverse - 1e-5) & (facing >= 0.0) & (second > 0.0)
+        return dr.select(fits, self.shares[1] * second * wall.stretch * dr.square(inverse), 0.0)
 
-        # reflected there, and out at the third
-        facet = section.drawn(alpha, -wt, next_meso, draws[2], draws[3])
+    def turn(self, wall: Wall, entry: Entry, draws: list[Any]) -> Turn:
+        """The ray that the second wall reflects, from there to the third."""
+        mi, dr, section, alpha, wt = self.mi, self.dr, self.section, self.alpha, entry.wt
+        facet = section.drawn(alpha, -wt, entry.meso, draws[2], draws[3])
         facing = dr.dot(-wt, facet)
-        bounced = mi.fresnel(facing, inverse)[0]
         wr = mirrored(dr, wt, facet)
-        turns = enters & (facing > 0.0)
-        in_sight = section.sees(-wt, next_macro, facet) & (cos_next > 0.0)
-        misses = dr.dot(-wr, wo) < inverse - 1e-5
-        stays = section.sees(-wt, next_meso, facet) & section.sees(-wr, next_meso, facet)
-        stays &= section.sees(-wt, next_macro, facet) & section.sees(-wr, next_macro, facet)
-        last_gamma = gamma - 2.0 * (section.turned(angle_t) - section.turned(dr.atan2(wr.x, wr.z))) + pi
-        last_meso, last_macro = section.normal(-self.tilt, last_gamma), section.normal(0.0, last_gamma)
-        out = wr + inverse * wo
-        size = dr.rcp(dr.maximum(dr.norm(out), 1e-9))
-        out *= size
-        cos_last, cos_after = dr.dot(last_meso, wr), dr.dot(next_meso, -wr)
-        along = dr.rcp(dr.maximum(dr.safe_sqrt(1.0 - dr.square(wr.y)), 1e-4))
-        clear_again = dr.exp(-self.absorption * along * section.chord(last_gamma, next_gamma))
-        leaves = 1.0 - mi.fresnel(dr.dot(wr, out), inverse)[0]
-        density = section.facets(alpha, dr.dot(last_meso, out)) * section.masked(
-            alpha, cos_last, dr.dot(last_meso, -wo)
-        )
-        third = passed * outer * bounced * inner * leaves * self.scale(cos_last, outside=False) * density
-        third *= shadow * section.masked_after(alpha, cos_next, cos_after) * cos_i * cos_next
-        third *= dr.dot(out, wr) * dr.dot(out, -wo) * dr.square(size) * section.arc(last_gamma)
-        third /= dr.maximum(cos_o, 1e-6) * dr.maximum(cos_after, 1e-6)
-        fits = turns & ~misses & stays & (dr.dot(last_meso, out) >= 0.0) & (third > 0.0)
-        for normal in (last_meso, last_macro):
-            fits &= section.sees(wr, normal, out) & section.sees(-wo, normal, out)
-        total += dr.select(fits, self.shares[2] * third * stretch * dr.square(inverse), 0.0) * (clear * clear_again)
+        stays = section.sees(-wt, entry.meso, facet) & section.sees(-wr, entry.meso, facet)
+        stays &= section.sees(-wt, entry.macro, facet) & section.sees(-wr, entry.macro, facet)
+        in_sight = section.sees(-wt, entry.macro, facet) & (entry.cos_next > 0.0)
+        gamma = wall.gamma - 2.0 * (section.turned(entry.angle) - section.turned(dr.atan2(wr.x, wr.z))) + pi
+        meso, macro = section.normal(-self.tilt, gamma), section.normal(0.0, gamma)
+        cos_last, cos_after = dr.dot(meso, wr), dr.dot(entry.meso, -wr)
+        bounced = mi.fresnel(facing, dr.rcp(self.eta))[0]
+        light = entry.light * bounced * section.masked_after(alpha, entry.cos_next, cos_after)
+        light *= self.scale(cos_last, outside=False)
+        turns, clear = entry.enters & (facing > 0.0), self.clear_along(wr, gamma, entry.gamma)
+        return Turn(wr, gamma, meso, macro, cos_last, cos_after, turns, stays, in_sight, bounced, clear, light)
 
-        # the rest as a geometric series, even around the strand: the energy that ``traced`` draws, where Cycles
-        # approximates it by the second wall alone and gives back up to 1.2 of the light
-        facet = section.drawn(alpha, wr, last_meso, draws[4], draws[5])
-        kept = mi.fresnel(dr.dot(wr, facet), inverse)[0]
-        more = passed * outer * shadow * bounced * inner * section.masked_after(alpha, cos_next, cos_after) * kept
-        more *= self.scale(cos_last, outside=False)
-        more *= section.masked_after(alpha, cos_last, dr.dot(last_meso, mirrored(dr, wr, facet)))
-        both, leaving = dr.sqrt(clear * clear_again), dr.maximum(0.5 * (2.0 - bounced - kept), 1e-5)
-        series = clear * clear_again * both * leaving / (1.0 - both * (1.0 - leaving))
+    def reflected_inside(self, wo: Any, wall: Wall, entry: Entry, turn: Turn) -> Any:
+        """Light that leaves through the third wall, without absorption."""
+        mi, dr, section, wr = self.mi, self.dr, self.section, turn.wr
+        inverse = dr.rcp(self.eta)
+        out, size = self.facet_of(wr, wo)
+        leaves = 1.0 - mi.fresnel(dr.dot(wr, out), inverse)[0]
+        facing = dr.dot(turn.meso, out)
+        masked = section.masked(self.alpha, turn.cos_last, dr.dot(turn.meso, -wo))
+        third = turn.light * leaves * section.facets(self.alpha, facing) * masked * wall.cos_i * entry.cos_next
+        third *= dr.dot(out, wr) * dr.dot(out, -wo) * dr.square(size) * section.arc(turn.gamma)
+        third /= dr.maximum(entry.cos_o, 1e-6) * dr.maximum(turn.cos_after, 1e-6)
+        misses = dr.dot(-wr, wo) < inverse - 1e-5
+        fits = turn.turns & ~misses & turn.stays & (facing >= 0.0) & (third > 0.0)
+        for normal in (turn.meso, turn.macro):
+            fits &= section.sees(wr, normal, out) & section.sees(-wo, normal, out)
+        return dr.select(fits, self.shares[2] * third * wall.stretch * dr.square(inverse), 0.0)
+
+    def rest(self, wo: Any, wall: Wall, entry: Entry, turn: Turn, draws: list[Any]) -> Any:
+        """Light after more reflections, as a geometric series, even around the strand: the energy that ``traced``
+        draws, where Cycles approximates it by the second wall alone and gives back up to 1.2 of the light.
+        """
+        mi, dr, section, alpha, wr = self.mi, self.dr, self.section, self.alpha, turn.wr
+        facet = section.drawn(alpha, wr, turn.meso, draws[4], draws[5])
+        kept = mi.fresnel(dr.dot(wr, facet), dr.rcp(self.eta))[0]
+        more = turn.light * kept
+        more *= section.masked_after(alpha, turn.cos_last, dr.dot(turn.meso, mirrored(dr, wr, facet)))
+        through = entry.clear * turn.clear
+        both, leaving = dr.sqrt(through), dr.maximum(0.5 * (2.0 - turn.bounced - kept), 1e-5)
+        series = through * both * leaving / (1.0 - both * (1.0 - leaving))
         even = self.proposal.inclined(wo.y, 4.0 * alpha) * (0.5 / pi)
-        total += dr.select(turns & in_sight & (cos_last > 0.0), more * even, 0.0) * series
-        return total
+        return dr.select(turn.turns & turn.in_sight & (turn.cos_last > 0.0), more * even, 0.0) * series
+
+    def facet_of(self, way: Any, wo: Any) -> tuple[Any, Any]:
+        """Normal of the facet that refracts a direction inside to one outside, and the factor that normalized it."""
+        dr = self.dr
+        out = way + dr.rcp(self.eta) * wo
+        size = dr.rcp(dr.maximum(dr.norm(out), 1e-9))
+        return out * size, size
+
+    def clear_along(self, way: Any, start: Any, end: Any) -> Any:
+        """Transmittance of the strand along a direction, between two angles around it."""
+        dr = self.dr
+        along = dr.rcp(dr.maximum(dr.safe_sqrt(1.0 - dr.square(way.y)), 1e-4))
+        return dr.exp(-self.absorption * along * self.section.chord(start, end))
