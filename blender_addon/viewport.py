@@ -18,7 +18,7 @@ from spectral_core.errors import SpectralError
 from . import compat
 from .drawing.clock import clock
 from .drawing.covered import covered
-from .drawing.viewport import Canvas, draw_message
+from .drawing.viewport import Canvas, draw_message, reserve_memory
 from .editing.viewport.session import Picture, ViewSession
 from .translate.shading.image_files.permitted import drawing
 
@@ -43,6 +43,7 @@ class Viewport:
 
     def update(self, engine: Any, context: Any, depsgraph: Any) -> None:
         """Send the changes, and request a redraw of the view."""
+        reserve_memory(context.region)
         with self._reporting():
             self._session.update(context, depsgraph)
         engine.tag_redraw()

@@ -57,26 +57,36 @@ def curve_picture(
     wavelengths_nm: NDArray[np.float64], values: NDArray[np.float64], kind: str, size: int = 128
 ) -> Picture:
     """A spectrum as a square plot of ``size`` pixels; values are linear between wavelengths and zero outside."""
-    x = np.linspace(*SPAN_NM, size)
     low, high = value_range(values, kind)
     fine = np.linspace(*SPAN_NM, 8 * size)  # the maximum of each column: no line is lost between two
     known = np.interp(fine, wavelengths_nm, values, left=0.0, right=0.0).reshape(size, 8).max(axis=1)
-    height = (MARGIN + (1 - 2 * MARGIN) * (known - low) / (high - low)) * size
-    zero = (MARGIN + (1 - 2 * MARGIN) * (0.0 - low) / (high - low)) * size
-    y = np.arange(size)[:, None] + 0.5
+    # single precision: a solve changes the curve of each material, and the panel waits for all of them
+    height = ((MARGIN + (1 - 2 * MARGIN) * (known - low) / (high - low)) * size).astype(np.float32)
+    zero = np.float32((MARGIN + (1 - 2 * MARGIN) * (0.0 - low) / (high - low)) * size)
+    y = np.arange(size, dtype=np.float32)[:, None] + np.float32(0.5)
 
-    colors = wavelength_colors(size)[None]
-    picture = np.broadcast_to(BACKGROUND + 0.10 * BARE * colors, (size, size, 3)).copy()
-    picture = _blended(picture, GRID_LINE, _grid_coverage(x, size))
     between = np.clip(np.maximum(height, zero) - y + 0.5, 0, 1) * np.clip(y - np.minimum(height, zero) + 0.5, 0, 1)
-    picture = _blended(picture, colors, 0.9 * between)
     slope = np.gradient(height)
     width = max(size / 64, 1.0)
     distance = np.abs(y - height) / np.sqrt(1 + slope**2)
     beside = np.stack([np.roll(height, 1), height, np.roll(height, -1)])[:, None]
     past_end = np.maximum(beside.min(axis=0) - y, y - beside.max(axis=0))  # a spike ends at the vertex of its line
-    picture = _blended(picture, LINE, np.clip(width / 2 + 0.5 - np.maximum(distance, past_end), 0, 1))
-    return _opaque(picture, rounded_alpha(size, size / 12))
+    line = np.clip(width / 2 + 0.5 - np.maximum(distance, past_end), 0, 1)
+    ground, fill, pen = _layers(size)
+    picture = ground + (0.9 * between)[..., None] * (fill - ground)
+    picture += line[..., None] * (pen - picture)
+    return picture
+
+
+@cache
+def _layers(size: int) -> tuple[Picture, Picture, Picture]:
+    """Premultiplied pictures of one size: the background with grid lines, the colors below a curve, and its line."""
+    colors, alpha = wavelength_colors(size)[None], rounded_alpha(size, size / 12)
+    ground = np.broadcast_to(BACKGROUND + 0.10 * BARE * colors, (size, size, 3))
+    coverage = _grid_coverage(np.linspace(*SPAN_NM, size), size)[..., None]
+    ground = ground + (GRID_LINE - ground) * coverage
+    whole = (ground, np.broadcast_to(colors, ground.shape), np.broadcast_to(LINE, ground.shape))
+    return _opaque(whole[0], alpha), _opaque(whole[1], alpha), _opaque(whole[2], alpha)
 
 
 def _grid_coverage(x: NDArray[np.float64], size: int) -> NDArray[np.float64]:
@@ -98,12 +108,6 @@ def rounded_alpha(size: int, radius: float) -> NDArray[np.float64]:
     center = np.abs(np.arange(size) + 0.5 - size / 2) - (size / 2 - radius)
     outside = np.hypot(np.maximum(center[:, None], 0), np.maximum(center[None, :], 0))
     return np.clip(radius - outside + 0.5, 0, 1)
-
-
-def _blended(
-    picture: NDArray[np.float64], color: NDArray[np.float64], coverage: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    return picture + (color - picture) * coverage[..., None]
 
 
 def _opaque(picture: NDArray[np.float64], alpha: NDArray[np.float64]) -> Picture:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+import threading
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,10 @@ from .covered import Covered
 
 LARGEST_HALF = 65504.0
 """Largest half float: more would be infinite on the graphics card."""
+BLOCK = 1 << 14
+"""Pixels that are multiplied at once: few enough that the product stays in the cache, and that NumPy's library starts
+no threads, which would wait for the processors that the render uses.
+"""
 WARNING = (1.0, 0.34, 0.05, 1.0)
 """Shown as the orange (1, 0.62, 0.25): what a render engine draws is encoded for the screen afterward, texts once and
 triangles twice."""
@@ -23,6 +29,41 @@ are hard to read.
 """
 
 
+class _Memory:
+    """Memory for one picture on its way to the graphics card.
+
+    All views use it in turn, in Blender's main thread, also for coarser and finer pictures: new pages take the system
+    longer than the copy, and in a virtual machine a hundred times as long at their very first use.
+    """
+
+    def __init__(self) -> None:
+        self._numbers = np.empty(0, np.float32)
+        self._wanted = 0
+
+    def reserve(self, pixels: int) -> None:
+        """Let a thread prepare memory for pictures of so many pixels, before Blender's main thread needs it."""
+        if 4 * pixels > max(self._wanted, self._numbers.size):
+            self._wanted = 4 * pixels
+            threading.Thread(target=self._prepare, args=(4 * pixels,), daemon=True).start()
+
+    def _prepare(self, count: int) -> None:
+        numbers = np.empty(count, np.float32)
+        numbers.fill(0.0)  # the system finds a page at its first use
+        if count > self._numbers.size:
+            self._numbers = numbers
+
+    def of(self, shape: tuple[int, ...]) -> NDArray[np.float32]:
+        """An array for a picture (height, width, 4)."""
+        count = math.prod(shape)
+        numbers = self._numbers
+        if numbers.size < count:
+            self._numbers = numbers = np.empty(count, np.float32)
+        return numbers[:count].reshape(shape)
+
+
+_memory = _Memory()
+
+
 class Canvas:
     """The texture of one view; it is created again only for a new picture."""
 
@@ -30,7 +71,6 @@ class Canvas:
         self._texture: Any = None
         self._shown: Any = None
         self._corner, self._size = (0, 0), (1, 1)
-        self._memory = np.empty(0, np.float32)
 
     def show(self, shown: Shown, working_from_rgb: NDArray[np.float64] | None, *, transparent: bool) -> bool:
         """Copy a picture to the graphics card; False if it is there already."""
@@ -39,10 +79,7 @@ class Canvas:
         key = (shown, None if working_from_rgb is None else working_from_rgb.tobytes())
         if self._shown is not None and self._shown[0] is shown and self._shown[1] == key[1]:
             return False
-        if self._memory.size < shown.pixels.size:
-            self._memory = np.empty(shown.pixels.size, np.float32)
-        # Memory that was touched before, also by coarser and finer pictures: new pages take longer than the copy.
-        pixels = self._memory[: shown.pixels.size].reshape(shown.pixels.shape)
+        pixels = _memory.of(shown.pixels.shape)
         half_pixels(shown.pixels, working_from_rgb, pixels)
         if not transparent:
             pixels[..., 3] = 1.0
@@ -72,6 +109,11 @@ class Canvas:
         gpu.state.blend_set("NONE")
 
 
+def reserve_memory(region: Any) -> None:
+    """Prepare memory for pictures that fill a region, in a thread."""
+    _memory.reserve((region.width + 8) * (region.height + 8))  # a coarse picture reaches over the region's edges
+
+
 def half_pixels(
     pixels: NDArray[np.float32], working_from_rgb: NDArray[np.float64] | None, out: NDArray[np.float32]
 ) -> None:
@@ -79,11 +121,19 @@ def half_pixels(
 
     A product of whole pixels takes less than half the time of one that leaves out every fourth number.
     """
-    np.minimum(pixels, np.float32(LARGEST_HALF), out=out)
-    if working_from_rgb is not None:
-        matrix = np.eye(4, dtype=np.float32)
-        matrix[:3, :3] = working_from_rgb
-        np.minimum(out.reshape(-1, 4) @ matrix.T, np.float32(LARGEST_HALF), out=out.reshape(-1, 4))
+    if working_from_rgb is None:
+        np.minimum(pixels, np.float32(LARGEST_HALF), out=out)
+        return
+    matrix = np.eye(4, dtype=np.float32)
+    matrix[:3, :3] = working_from_rgb
+    matrix = np.ascontiguousarray(matrix.T)
+    given, found = pixels.reshape(-1, 4), out.reshape(-1, 4)
+    product = np.empty((min(BLOCK, len(given)), 4), np.float32)
+    for start in range(0, len(given), BLOCK):
+        part = found[start : start + BLOCK]
+        np.minimum(given[start : start + BLOCK], np.float32(LARGEST_HALF), out=part)
+        np.matmul(part, matrix, out=product[: len(part)])
+        np.minimum(product[: len(part)], np.float32(LARGEST_HALF), out=part)
 
 
 def draw_message(text: str, region: Any, known: Covered, scale: float) -> None:

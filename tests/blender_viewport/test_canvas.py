@@ -17,7 +17,7 @@ MATRIX = np.array([[0.6, 0.3, 0.1], [0.1, 0.8, 0.1], [0.0, 0.1, 0.9]])
 
 @pytest.mark.parametrize("matrix", [None, MATRIX])
 def test_pixels_are_converted_and_stay_finite(matrix):
-    pixels = np.random.default_rng(1).uniform(0, 2, (5, 7, 4)).astype(np.float32)
+    pixels = np.random.default_rng(1).uniform(0, 2, (5, 4001, 4)).astype(np.float32)  # more than a block
     pixels[0, 0], pixels[1, 1, 3] = np.inf, 0.25
     given, out = pixels.copy(), np.full_like(pixels, np.nan)
     half_pixels(pixels, matrix, out)
@@ -27,6 +27,26 @@ def test_pixels_are_converted_and_stay_finite(matrix):
     np.testing.assert_allclose(out, wanted, rtol=1e-6)
     assert np.isfinite(out.astype(np.float16)).all()
     np.testing.assert_array_equal(pixels, given)
+
+
+def test_memory_is_ready_before_the_first_picture(monkeypatch):
+    from blender_addon.drawing import viewport
+
+    threads = []
+    thread = lambda **given: SimpleNamespace(start=lambda: threads.append(given))  # noqa: E731
+    monkeypatch.setattr(viewport.threading, "Thread", thread)
+    memory = viewport._Memory()
+    memory.reserve(60)
+    memory.reserve(50)  # is being prepared
+    assert len(threads) == 1
+    threads[0]["target"](*threads[0]["args"])
+    whole = memory.of((6, 10, 4))
+    assert whole.shape == (6, 10, 4)
+    for shape in ((3, 5, 4), (6, 10, 4)):
+        assert np.shares_memory(memory.of(shape), whole)
+    assert memory.of((7, 10, 4)).shape == (7, 10, 4)  # a view that has grown since
+    memory.reserve(70)
+    assert len(threads) == 1
 
 
 def test_a_message_is_beside_the_tools_and_the_sidebar(monkeypatch):
