@@ -108,7 +108,8 @@ def _differences(voxels: CommonVoxels, medium: ScatteringMedium | None) -> Itera
     shines_everywhere = (
         medium is not None and medium.emission_strength > 0 and (medium.grid is None or medium.grid.emission is None)
     )
-    if shines_everywhere or any(values.max() > FAINT for values in faces):
+    # where voxels are clipped, Cycles ends the volume as well
+    if not voxels.is_clipped and (shines_everywhere or any(values.max() > FAINT for values in faces)):
         yield "its shader gives a volume where the grids have no voxels: it ends a voxel beyond them, unlike in Cycles"
 
 
@@ -131,7 +132,7 @@ def _filled(
     def alone(grid: str) -> Region:
         if grid not in voxels.interpolated:
             return region
-        own = replace(file, names=(grid,)).grids()
+        own = replace(file, names=(grid,), clipping=None).grids()
         world_from_index = placed.world_from_object @ own.world_from_index
         return replace(region, shape=own.shape, world_from_index=world_from_index, grids=own.grids)
 

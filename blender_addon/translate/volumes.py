@@ -141,25 +141,27 @@ def _stated(data: Any, saved: SavedGrids | None) -> tuple[Path, os.stat_result]:
 class GridFile:
     """Grids of a file as it was at a time: two that are equal have the same numbers.
 
-    ``saved``: the file of grids that modifiers or nodes have made, None for a file of the user's.
+    ``clipping``: absolute value up to which voxels at the ends of the grids do not count, None if all count. ``saved``:
+    the file of grids that modifiers or nodes have made, None for a file of the user's.
     """
 
     path: Path
     names: tuple[str, ...]
     modified: int
     size: int
+    clipping: float | None
     saved: SavedGrids | None = field(default=None, compare=False)
 
     @classmethod
     def of(cls, data: Any, names: list[str], saved: SavedGrids | None) -> GridFile:
         """The file of a Volume data-block at its present frame. Raises InvalidInputError."""
         path, state = _stated(data, saved)
-        return cls(path, tuple(names), state.st_mtime_ns, state.st_size, saved)
+        return cls(path, tuple(names), state.st_mtime_ns, state.st_size, float(data.render.clipping), saved)
 
     def grids(self) -> CommonVoxels:
         """Its grids at common voxels; missing ones are left out. Raises InvalidInputError."""
         try:
-            return _together(self.path, self.names, self.modified, self.size)
+            return _together(self.path, self.names, self.clipping, self.modified, self.size)
         except OSError as error:
             raise InvalidInputError(f"the file {self.path} cannot be opened ({error.strerror})") from error
         except SpectralError as error:
@@ -167,10 +169,10 @@ class GridFile:
 
 
 @lru_cache(maxsize=3)
-def _together(path: Path, names: tuple[str, ...], _modified: int, _size: int) -> CommonVoxels:
+def _together(path: Path, names: tuple[str, ...], clipping: float | None, _modified: int, _size: int) -> CommonVoxels:
     from spectral_core.volume.files.vdb.together import grids_together
 
-    return grids_together(path, names)
+    return grids_together(path, names, clipping)
 
 
 def file_of(data: Any) -> Path:

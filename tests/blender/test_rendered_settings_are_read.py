@@ -107,6 +107,7 @@ NOT_WALKED: dict[str, dict[str, str]] = {
     "SceneRenderView": because("names files, which Blender writes", "file_suffix"),
     "AOV": because("a result", "is_valid"),
     "Volume": because("decide on a note, see test_volume_motion.py", "velocity_grid velocity_scale"),
+    "VolumeRender": because("of grids: volumes/test_media.py", "clipping space"),
     "ViewLayer": because("Blender omits the layer, or its picture", "use use_pass_combined"),
     "Object": because(ALIAS, "dimensions matrix_basis matrix_local")
     | because(OF_A_BONE, "parent_bone parent_bone_head_tail_factor parent_type parent_vertices track_axis up_axis "

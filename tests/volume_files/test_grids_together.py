@@ -131,3 +131,45 @@ def test_a_grid_without_voxels_has_its_background_beside_others(tmp_path):
     assert np.all(both.grids["flames"] == 0.25) and np.all(both.grids["tint"] == (0.5, 0.25, 1.0))
     with pytest.raises(FileFormatError, match="'flames' of fire.vdb has no active voxel"):
         grids_together(path, ["flames"])
+
+
+@pytest.mark.parametrize(("ends", "counts"), [
+    (0.0008, False), (0.001, False), (0.0011, True), (-0.0008, False), (-0.004, True),
+    ((0.0008, 0.0008, -0.0008), False), ((0.0, 0.0, 0.004), True), ((-0.004, 0.0, 0.0), True),
+])  # fmt: skip
+def test_small_voxels_at_the_ends_are_clipped_as_by_cycles(tmp_path, ends, counts):
+    """Which ends count was measured in Cycles 5.0.1; voxels within the box keep their values."""
+    values = np.full((16, 4, 5, *np.shape(ends)), ends, np.float32)
+    values[4:7], values[9:12, 1:3] = 0.004, 0.004
+    made = grid("density", values.shape, background=0.0 if values.ndim == 3 else (0.0, 0.0, 0.0))
+    made.copyFromArray(values)
+    path = tmp_path / "ends.vdb"
+    openvdb.write(str(path), grids=[made])
+    least = float(np.float32(0.001))
+    whole, clipped = grids_together(path, ["density"]), grids_together(path, ["density"], least)
+    assert whole.shape == (18, 6, 7) and not whole.is_clipped and clipped.is_clipped is not counts
+    assert clipped.shape == ((18, 6, 7) if counts else (10, 6, 7))
+    first = 0 if counts else 4
+    np.testing.assert_allclose(clipped.world_from_index[:3, 3], (first - 1, -1, -1), atol=1e-6)
+    same = whole.grids["density"].reshape(*whole.shape, -1)[first : first + clipped.shape[0]]
+    assert np.array_equal(clipped.grids["density"].reshape(*clipped.shape, -1), same)
+
+
+def test_clipped_grids_share_the_box_of_all(tmp_path):
+    path = tmp_path / "two.vdb"
+    smoke, heat = grid("density", (12, 3, 3)), grid("heat", (2, 3, 3), at=(8, 0, 0), seed=2)
+    values = np.full((12, 3, 3), 0.0005, np.float32)
+    values[2:4] = 1.0
+    smoke.copyFromArray(values)
+    openvdb.write(str(path), grids=[smoke, heat])
+    both, alone = (grids_together(path, names, 0.001) for names in (["density", "heat"], ["density"]))
+    assert both.shape == (10, 5, 5) and alone.shape == (4, 5, 5)
+    inner = both.grids["density"].reshape(both.shape)[1:-1, 1:-1, 1:-1]
+    assert np.array_equal(inner, values[2:10])
+    assert np.array_equal(both.grids["density"].reshape(both.shape)[[0, -1], 2, 2], values[[1, 10], 1, 1])
+    values[:] = 0.0005
+    smoke.copyFromArray(values)
+    openvdb.write(str(path), grids=[smoke, heat])
+    assert grids_together(path, ["density", "heat"], 0.001).shape == (4, 5, 5)
+    with pytest.raises(FileFormatError, match=r"'density' of two.vdb has no voxel above 0.001; .* lower Clipping"):
+        grids_together(path, ["density"], 0.001)

@@ -250,3 +250,17 @@ def test_densities_count_in_the_units_of_the_object(build, smoke, translate):
         medium = next(m.medium for m in translate().materials if m.medium and m.medium.grid is not None)
         sizes.append(medium.density)
     assert sizes[1] == pytest.approx(2 * sizes[0])
+
+
+def test_clipping_bounds_the_grids_of_a_volume(build, smoke, translate):
+    build.camera((0, -5, 0))
+    made, tree, socket = smoke
+    node, heat = tree.nodes.new("ShaderNodeVolumePrincipled"), tree.nodes.new("ShaderNodeAttribute")
+    heat.attribute_name = "heat"
+    tree.links.new(heat.outputs["Fac"], node.inputs["Emission Strength"])
+    tree.links.new(node.outputs[0], socket)
+    shapes = []
+    for clipping in (0.001, 0.75):
+        made.data.render.clipping = clipping
+        shapes += [m.medium.grid.shape for m in translate().materials if m.medium and m.medium.grid is not None]
+    assert shapes == [(12, 7, 6), (8, 7, 6)]  # the densities are 0.5, the heat 4.5

@@ -26,6 +26,9 @@ MOST_VOXELS = 1 << 28
 ALIKE = 1.001
 """Ratio of the volumes of voxels below which one grid is as fine as another."""
 
+Box = tuple[NDArray[np.int64], NDArray[np.int64]]
+"""Index of the first and of the last voxel of a box."""
+
 
 @dataclass(frozen=True, eq=False)
 class CommonVoxels:
@@ -33,7 +36,8 @@ class CommonVoxels:
 
     ``interpolated``: names of the grids that have other voxels. ``resampled``: names of those of them whose own voxels
     are finer, so that details are lost. ``mirrored``: names of the grids whose transforms mirror. ``repeated``: names
-    that several grids of the file share, of which the first one is here.
+    that several grids of the file share, of which the first one is here. ``is_clipped``: true if voxels at the ends of
+    the grids were too small to count.
     """
 
     shape: tuple[int, int, int]
@@ -43,6 +47,7 @@ class CommonVoxels:
     resampled: tuple[str, ...] = ()
     mirrored: tuple[str, ...] = ()
     repeated: tuple[str, ...] = ()
+    is_clipped: bool = False
 
     def surrounded(self) -> CommonVoxels:
         """The same grids with one more voxel on each side, which has the value of the outermost one."""
@@ -73,14 +78,37 @@ class _Grid:
         """Volume of a voxel, below 0 where the transform mirrors."""
         return float(np.linalg.det(self.parts[0].world_from_index[:3, :3]))
 
+    def box(self, least: float | None) -> Box | None:
+        """The first and the last voxel of the box of those that have a component beyond ``least``, of either sign; of
+        all if it is None. None if there are no such voxels.
+        """
+        ends = [(0, n) for n in self.parts[0].shape]
+        if least is not None:
+            for axis in range(3):
+                within = tuple(slice(*end) for end in ends)
+                slabs = [np.moveaxis(np.asarray(part.data)[within], axis, 0) for part in self.parts]
+                count = ends[axis][1]
+                first = next((k for k in range(count) if _exceeds(slabs, k, least)), None)
+                if first is None:
+                    return None
+                last = next(k for k in reversed(range(count)) if _exceeds(slabs, k, least))
+                ends[axis] = first, last + 1
+        return np.array([start for start, _ in ends]), np.array([stop - 1 for _, stop in ends])
 
-def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
+
+def _exceeds(slabs: list[NDArray[Any]], k: int, least: float) -> bool:
+    return any(bool(((slab[k] > least) | (slab[k] < -least)).any()) for slab in slabs)
+
+
+def grids_together(path: Path, names: Iterable[str], least: float | None = None) -> CommonVoxels:
     """The grids of ``names`` that a file holds, on the voxels of the finest one, the first of several.
 
-    One voxel more surrounds the box of each grid, because it fades out over it. A grid has its background value where
-    it has no voxels, as in OpenVDB. If the finest voxels are more than ``MOST_RESAMPLED``, those of a coarser grid are
-    used. Raises InvalidInputError if the file holds none of the grids, or if there are too many voxels; FileFormatError
-    and OSError as ``read_volume``.
+    One voxel more surrounds the box of each grid, because it fades out over it. ``least``: voxels at the ends of a grid
+    whose absolute values are at most this do not count for its box, as Cycles has it (*Clipping*); those within the box
+    of all grids keep their values; None counts all. A grid has its background value where it has no voxels, as in
+    OpenVDB. If the finest voxels are more than ``MOST_RESAMPLED``, those of a coarser grid are used. Raises
+    InvalidInputError if the file holds none of the grids, or if there are too many voxels; EmptyGridError if no voxel
+    counts; FileFormatError and OSError as ``read_volume``.
     """
     names, held = list(names), grid_names(path)
     stored = {name: first_of_name(held, name) for name in names}
@@ -95,10 +123,17 @@ def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
     found = {name: grid for name, grid in read.items() if grid.parts}
     if not found:
         raise EmptyGridError(f"{', '.join(map(repr, wanted))} of {path.name} has no active voxel; nothing is seen")
+    boxes = {name: grid.box(least) for name, grid in found.items()}
+    seen = {name: box for name, box in boxes.items() if box is not None}
+    if not seen:
+        raise EmptyGridError(
+            f"{', '.join(map(repr, found))} of {path.name} has no voxel above {least:g}; nothing is seen; "
+            "lower Clipping in the properties of the volume"
+        )
     # of grids that are as fine as each other, the sort keeps the first one first
-    by_size = sorted(found.values(), key=lambda grid: float(f"{abs(grid.voxel):.4g}"))
-    for base in (*by_size, next(iter(found.values()))):
-        shape, matrix = _region(base.parts[0], by_size)
+    by_size = sorted((found[name] for name in seen), key=lambda grid: float(f"{abs(grid.voxel):.4g}"))
+    for base in (*by_size, next(found[name] for name in seen)):
+        shape, matrix = _region(base.parts[0], [(found[name].parts[0], box) for name, box in seen.items()])
         if np.prod(shape, dtype=float) <= MOST_RESAMPLED:
             break
     if np.prod(shape, dtype=float) > MOST_VOXELS:
@@ -109,7 +144,11 @@ def grids_together(path: Path, names: Iterable[str]) -> CommonVoxels:
     mirrored = tuple(name for name, grid in found.items() if grid.voxel < 0)
     others = tuple(name for name, grid in found.items() if _offset(grid.parts[0], matrix) is None)
     repeated = tuple(name for name in read if stored[name] != name)
-    return CommonVoxels(shape, matrix, placed, others, finer, mirrored, repeated)
+    is_clipped = any(
+        box is None or not np.array_equal(box[1] - box[0] + 1, found[name].parts[0].shape)
+        for name, box in boxes.items()
+    )
+    return CommonVoxels(shape, matrix, placed, others, finer, mirrored, repeated, is_clipped)
 
 
 def _read(path: Path, name: str) -> _Grid:
@@ -126,11 +165,13 @@ def _read(path: Path, name: str) -> _Grid:
     return _Grid(parts, np.nan_to_num(outside))
 
 
-def _region(base: ScalarVolume, grids: list[_Grid]) -> tuple[tuple[int, int, int], NDArray[np.float64]]:
-    """Shape and matrix of the voxels of ``base`` continued over all grids, each with one of its voxels around it."""
+def _region(
+    base: ScalarVolume, grids: list[tuple[ScalarVolume, Box]]
+) -> tuple[tuple[int, int, int], NDArray[np.float64]]:
+    """Shape and matrix of the voxels of ``base`` continued over boxes of voxels, each with one of its own around it."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for grid in grids:
-        corners = _corners(grid.parts[0], base)
+    for volume, box in grids:
+        corners = _corners(volume, box, base)
         low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
     low, high = np.floor(low + 1e-3), np.ceil(high - 1e-3)
     nx, ny, nz = (int(n) for n in high - low + 1)
@@ -139,9 +180,9 @@ def _region(base: ScalarVolume, grids: list[_Grid]) -> tuple[tuple[int, int, int
     return (nx, ny, nz), matrix
 
 
-def _corners(volume: ScalarVolume, base: ScalarVolume) -> NDArray[np.float64]:
-    """The corners (8, 3) of a volume and one voxel around it, in the voxels of another."""
-    ends = np.array(np.meshgrid(*((-1.0, float(n)) for n in volume.shape))).reshape(3, 8).T
+def _corners(volume: ScalarVolume, box: Box, base: ScalarVolume) -> NDArray[np.float64]:
+    """The corners (8, 3) of a box of a volume's voxels and one voxel around it, in the voxels of another."""
+    ends = np.array(np.meshgrid(*np.stack([box[0] - 1.0, box[1] + 1.0], axis=1))).reshape(3, 8).T
     matrix = np.linalg.inv(base.world_from_index) @ volume.world_from_index
     return np.asarray(ends @ matrix[:3, :3].T + matrix[:3, 3])
 
@@ -154,6 +195,10 @@ def _offset(volume: ScalarVolume, world_from_index: NDArray[np.float64]) -> NDAr
     return offset.astype(np.int64) if is_same else None
 
 
+def _between(starts: NDArray[np.int64], stops: NDArray[np.int64]) -> tuple[slice, ...]:
+    return tuple(slice(int(start), int(stop)) for start, stop in zip(starts, stops, strict=True))
+
+
 def _placed(grid: _Grid, shape: tuple[int, int, int], world_from_index: NDArray[np.float64]) -> NDArray[Any]:
     """Values of a grid at voxels, (n,) or (n, 3)."""
     from scipy.ndimage import affine_transform
@@ -163,7 +208,9 @@ def _placed(grid: _Grid, shape: tuple[int, int, int], world_from_index: NDArray[
         offset, data = _offset(part, world_from_index), np.asarray(part.data, np.float32)
         if offset is not None:
             placed = np.full(shape, outside, np.float32)
-            placed[tuple(slice(s, s + n) for s, n in zip(-offset, data.shape, strict=True))] = data
+            starts, stops = np.maximum(offset, 0), np.minimum(offset + shape, data.shape)
+            if (starts < stops).all():
+                placed[_between(starts - offset, stops - offset)] = data[_between(starts, stops)]
         else:
             matrix = np.linalg.inv(part.world_from_index) @ world_from_index
             # one voxel of the background around the grid, into which its values fade
