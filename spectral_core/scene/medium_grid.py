@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import read_only_when_copied
+from spectral_core.checks import as_array, read_only_when_copied, require_unmasked
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.geometry import affine
 from spectral_core.spectra.spectrum import Spectrum
@@ -36,6 +36,10 @@ class MediumGrid:
         object.__setattr__(self, "world_from_index", affine("MediumGrid", self.world_from_index))
         if abs(np.linalg.det(self.world_from_index[:3, :3])) == 0:
             raise InvalidInputError("MediumGrid: its matrix is singular; expected voxels with a volume")
+        for name in ("scattering", "absorption", "emission"):
+            if (given := getattr(self, name)) is not None:
+                require_unmasked(f"MediumGrid {name}", given)
+                object.__setattr__(self, name, as_array(f"MediumGrid {name} is of", given, np.float32))
         shapes = {values.shape[:3] for values in self.given}
         if len(shapes) != 1 or 0 in next(iter(shapes)):
             raise InvalidInputError(f"MediumGrid has values of sizes {sorted(shapes)}; expected one size, none of it 0")

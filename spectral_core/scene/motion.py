@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.scene.camera import Camera
-from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
+from spectral_core.scene.geometry import Instance, Mesh, VolumeObject, affine
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,6 +20,9 @@ class MovedVolume:
 
     name: str
     world_from_index: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "world_from_index", affine(f"volume {self.name!r}", self.world_from_index))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -189,6 +189,18 @@ def test_a_bad_grid_is_refused(values):
         grid_of((2, 2, 2), scattering=values)
 
 
+@pytest.mark.parametrize("values", ["dense", [[1.0], [2.0, 3.0]], {"a": 1.0}])
+def test_a_grid_of_other_things_than_numbers_is_refused(values):
+    with pytest.raises(InvalidInputError, match="MediumGrid absorption is of type .*; expected numbers"):
+        MediumGrid(np.eye(4), absorption=values)
+
+
+def test_a_grid_may_be_given_as_lists():
+    """It was accepted, and ended the render with an AttributeError."""
+    made = MediumGrid(np.eye(4).tolist(), scattering=[[[0.5, 1.0]]])
+    assert made.shape == (1, 1, 2) and made.scattering.dtype == np.float32
+
+
 def test_a_grid_above_one_is_refused():
     with pytest.raises(InvalidInputError, match="put their scale into its density"):
         ScatteringMedium(grid=grid_of((2, 2, 2), scattering=np.full((2, 2, 2), 1.5)))
