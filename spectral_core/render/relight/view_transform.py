@@ -2,7 +2,7 @@
 """View transform of a scene from linear light to a screen (AgX, Filmic, Standard, looks, curves), as a sampled table.
 
 Blender's color management provides the transform; the add-on samples it when a transport is recorded. Pictures outside
-of Blender, such as the page with the dial, then match the scene's look.
+of Blender, such as the page with the dial, then match the scene's look. ``agx_view`` is the table of AgX alone.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 TABLE_SIZE = 33
 """Nodes per axis from 0 on, half a stop apart: error of a quarter of a level of 255 for AgX in the mean, twelve at most
-at its sharp bends.
+at its sharp bends; ``agx_view`` has its own nodes.
 """
 BELOW = 13
 """Nodes per axis below 0, a stop apart, down to -8: what a color outside of sRGB, as that of a laser, has there."""
@@ -50,6 +50,10 @@ class ViewTransform:
                 "at least 2"
             )
         object.__setattr__(self, "table", np.clip(table, 0.0, 1.0))
+
+    def coordinates(self, linear_rgb: ArrayLike) -> Array:
+        """Light (..., 3) by which the table is ordered: linear sRGB itself."""
+        return np.asarray(linear_rgb, dtype=np.float64)
 
     def shown(self, linear_rgb: ArrayLike) -> Array:
         """Display values (..., 3) in 0 to 1 of linear sRGB (..., 3): trilinear between nodes."""
