@@ -53,7 +53,7 @@ def test_the_table_is_as_near_to_agx_with_a_look_as_the_page_states(blender):
 
 
 def test_the_table_is_near_to_agx_outside_of_srgb(blender):
-    """Light of one wavelength, as of a laser or a sodium lamp: off by 39 levels in the mean on axes of sRGB from 0 on."""
+    """Light of one wavelength, as of a laser or a sodium lamp: off by 39 levels in the mean on sRGB from 0 on."""
     import colour
 
     scene = bpy.context.scene
