@@ -198,7 +198,10 @@ def test_an_infinite_value_has_the_color_of_the_largest(tmp_path: Path) -> None:
         page.run("explorer.state.columns = ['a', 'b']; explorer.state.color = 'far'; explorer.changed()")
         colors = page.run("""(() => {
 const m = explorer.matrix, p = m.panels.find((p) => p.row === 1 && p.column === 0), ink = m.canvas.getContext("2d");
-const pixel = (at) => ink.getImageData((p.left + at * p.width) * m.ratio, (p.top + (1 - at) * p.height) * m.ratio, 1, 1);
+const pixel = (at) => {
+  const [x, y] = [p.left + at * p.width, p.top + (1 - at) * p.height];
+  return ink.getImageData(x * m.ratio, y * m.ratio, 1, 1);
+};
 return [0, 1, 2].map((row) => Array.from(pixel(m.positions("a")[row]).data).slice(0, 3)); })()""")
         infinite, least, most = np.array(colors, float)
         assert np.abs(infinite - most).max() < 40 and np.abs(infinite - least).max() > 100
