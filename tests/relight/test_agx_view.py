@@ -25,6 +25,7 @@ from spectral_core.render.relight.agx_view import (
 from spectral_core.render.relight.mix import relight
 from spectral_core.render.relight.page import write_page
 from spectral_core.render.relight.view_transform import ViewTransform
+from tests.relight.comparison import between_corners
 from tests.relight.test_page import DRIVE, browse, transport_of
 
 
@@ -41,18 +42,9 @@ def test_light_in_e_gamut_is_that_of_colour_science() -> None:
 
 
 def test_a_color_lies_between_the_corners_of_its_tetrahedron(rng: np.random.Generator) -> None:
-    """Of the six in a cell, found here as the one in which all four barycentric coordinates are positive."""
     view = AgxView("random", rng.uniform(0, 1, (5, 5, 5, 3)))
     places = rng.uniform(0, 4, (300, 3))
-    expected = np.empty((300, 3))
-    for row, place in enumerate(places):
-        node = np.floor(place).astype(int)
-        for order in ((0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)):
-            corners = node + np.concatenate([[[0, 0, 0]], np.cumsum(np.eye(3, dtype=int)[list(order)], axis=0)])
-            shares = np.linalg.solve(np.vstack([corners.T, np.ones(4)]), [*place, 1.0])
-            if (shares >= 0).all():
-                expected[row] = shares @ view.table[tuple(corners.T)]
-    light = expected**2.4
+    light = between_corners(view.table, places) ** 2.4
     display = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
     np.testing.assert_allclose(view.shown(light_at(places, view)), display, atol=1e-9)
 

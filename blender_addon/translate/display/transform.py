@@ -68,10 +68,11 @@ def sampled(scene: Scene) -> View:
 
     if (agx := _sampled_as_agx(scene)) is not None:
         return agx
-    light = nodes(below=BELOW)
+    exposure = scene.view_settings.exposure
+    light = nodes(below=BELOW) * 2.0**-exposure
     grid = np.stack(np.meshgrid(light, light, light, indexing="ij"), axis=-1)
     shown = shown_pixels(scene, grid.reshape(len(light), -1, 3))
-    return ViewTransform(_title(scene), shown.reshape(grid.shape), BELOW)
+    return ViewTransform(_title(scene), shown.reshape(grid.shape), BELOW, exposure)
 
 
 def _sampled_as_agx(scene: Scene) -> View | None:

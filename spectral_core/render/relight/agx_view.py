@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_range
 from spectral_core.errors import InvalidInputError
-from spectral_core.render.relight.view_transform import ViewTransform
+from spectral_core.render.relight.view_transform import ViewTransform, tetrahedral
 from spectral_core.spectra.color import display_rgb_from_linear, linear_from_display_rgb
 
 Array = NDArray[np.float64]
@@ -68,20 +68,8 @@ class AgxView:
         last = len(self.table) - 1
         light = np.maximum(self.coordinates(linear_rgb), 2.0**self.lowest)
         position = np.clip((np.log2(light) - self.lowest) / STEP, 0.0, last)
-        corner = np.clip(position.astype(np.intp), 0, last - 1)
-        part = position - corner
-        # From the lower corner of a cell to the upper one along its edges, the axis of the largest part first.
-        order = np.argsort(-part, axis=-1, kind="stable")
-        ordered = np.take_along_axis(part, order, axis=-1)
-        weights = -np.diff(ordered, axis=-1, prepend=1.0, append=0.0)
-        found = weights[..., :1] * self._at(corner)
-        for step in range(3):
-            corner = corner + (np.arange(3) == order[..., step : step + 1])
-            found = found + weights[..., step + 1 : step + 2] * self._at(corner)
+        found = tetrahedral(self.table, position)
         return np.asarray(display_rgb_from_linear(np.clip(found, 0.0, 1.0) ** POWER))
-
-    def _at(self, node: NDArray[np.intp]) -> Array:
-        return self.table[node[..., 0], node[..., 1], node[..., 2]]
 
     def document(self) -> dict[str, Any]:
         """The entries of a file: 16 bits per value."""
