@@ -38,8 +38,8 @@ def run(options: Options) -> dict[str, Any]:
         print(f"{name}: {found['mean']:.2f} levels of 255 in the mean, {found['p99']:.1f} in 99 %, {found['most']:.0f}")
     inside, outside = figures["colors in sRGB"], figures["light of one wavelength"]
     figures["holds"] = {
-        "colors in sRGB differ by at most 0.3 levels in the mean": inside["mean"] <= 0.3,
-        "light of one wavelength differs by at most 5 levels in the mean": outside["mean"] <= 5.0,
+        "colors in sRGB differ by at most 0.02 levels in the mean": inside["mean"] <= 0.02,
+        "light of one wavelength differs by at most 0.2 levels in the mean": outside["mean"] <= 0.2,
     }
     return figures
 

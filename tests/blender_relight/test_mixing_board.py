@@ -130,7 +130,9 @@ def test_recorded_motion_is_saved_with_its_simultaneity(board, fader, tmp_path):
     bpy.ops.spectral.board_motion(filepath=str(path))
     assert set(Recording.load(path).targets) == {ENERGY, SIZE}
     assert json.loads(path.read_text())["format"] == "spectral-scene fader recording"
-    assert len(board.simultaneity.splitlines()) == 2
+    rows = [[float(number) for number in line.split()] for line in board.simultaneity.splitlines()]
+    assert rows[0][0] == rows[1][1] == 1.0
+    assert rows[0][1] == rows[1][0] < -0.5  # their messages come one after the other
 
 
 @pytest.mark.parametrize(

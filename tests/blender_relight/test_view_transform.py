@@ -31,19 +31,29 @@ def output_as(scene, file_format):
     return settings
 
 
-def test_the_table_is_as_near_to_agx_as_the_page_states(blender):
-    """docs/relight.md: of 255 levels a quarter in the mean, two in 99 %, twelve at most."""
+@pytest.mark.parametrize("exposure", [0.0, -1.3, 0.7])
+def test_the_table_shows_agx_as_blender_does(blender, exposure):
+    """On axes of sRGB it was off by a quarter of a level of 255 in the mean and by twelve at most."""
     scene = bpy.context.scene
-    scene.view_settings.view_transform = "AgX"
+    scene.view_settings.view_transform, scene.view_settings.exposure = "AgX", exposure
+    linear = 2.0 ** np.random.default_rng(4).uniform(-8, 3, (64, 64, 3))
+    away = 255 * np.abs(view_transform_of(scene).shown(linear) - shown_pixels(scene, linear))
+    assert away.mean() < 0.02 and away.max() < 1
+
+
+def test_the_table_is_as_near_to_agx_with_a_look_as_the_page_states(blender):
+    """docs/relight.md: of 255 levels less than half in the mean, four in 99 %, 22 at most."""
+    scene = bpy.context.scene
+    scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - High Contrast"
     linear = 2.0 ** np.random.default_rng(4).uniform(-8, 3, (256, 256, 3))
     away = 255 * np.abs(view_transform_of(scene).shown(linear) - shown_pixels(scene, linear))
-    assert away.mean() < 0.3
-    assert np.percentile(away, 99) < 2.5
-    assert away.max() < 13
+    assert away.mean() < 0.5
+    assert np.percentile(away, 99) < 4
+    assert away.max() < 22
 
 
 def test_the_table_is_near_to_agx_outside_of_srgb(blender):
-    """Light of one wavelength, as of a laser or a sodium lamp: off by 39 levels in the mean, without nodes below 0."""
+    """Light of one wavelength, as of a laser or a sodium lamp: off by 39 levels in the mean on sRGB from 0 on."""
     import colour
 
     scene = bpy.context.scene
@@ -53,8 +63,24 @@ def test_the_table_is_near_to_agx_outside_of_srgb(blender):
     colors = colour.XYZ_to_RGB(lines, "sRGB", apply_cctf_encoding=False)
     linear = colors[None] * 2.0 ** np.arange(-6, 2)[:, None, None]
     away = 255 * np.abs(view_transform_of(scene).shown(linear) - shown_pixels(scene, linear)).max(axis=-1)
-    assert away.mean() < 5
-    assert np.percentile(away, 95) < 20
+    assert away.mean() < 0.2
+    assert away.max() < 10
+
+
+@pytest.mark.parametrize(
+    ("view", "exposure", "most"), [("Standard", 0.3, 1.5), ("Standard", -2.4, 1.5), ("Khronos PBR Neutral", 0.0, 5)]
+)
+def test_the_table_shows_gray_as_other_views_do(blender, view, exposure, most):
+    """Standard was off by 9 levels where it becomes white, at any exposure but 0; gray by 11 in the other view."""
+    scene = bpy.context.scene
+    try:
+        scene.view_settings.view_transform = view
+    except TypeError:
+        pytest.skip(f"this Blender has no view {view}")
+    scene.view_settings.exposure = exposure
+    gray = np.repeat(2.0 ** np.linspace(-9, 3, 4096).reshape(64, 64, 1), 3, axis=2) * 2.0**-exposure
+    away = 255 * np.abs(view_transform_of(scene).shown(gray) - shown_pixels(scene, gray))
+    assert away.max() < most and away.mean() < 0.3
 
 
 @pytest.mark.parametrize("file_format", ["FFMPEG", "OPEN_EXR_MULTILAYER", "OPEN_EXR"])

@@ -201,7 +201,8 @@ def test_simultaneity_is_the_integral_of_equation_6_2(rng: np.random.Generator) 
 def test_events_become_paths_and_invalid_files_are_refused(tmp_path: Path) -> None:
     recording = Recording.from_events([(1.0, 0, 0.5), (1.0, 1, 0.25), (0.5, 1, 0.1)], ("a", "b"), start=(0.0, 0.0))
 
-    np.testing.assert_array_equal(recording.positions, [[0.0, 0.1], [0.5, 0.25]])
+    np.testing.assert_array_equal(recording.times, [0.4, 0.5, 0.9, 1.0])
+    np.testing.assert_array_equal(recording.positions, [[0.0, 0.0], [0.0, 0.1], [0.0, 0.1], [0.5, 0.25]])
     (tmp_path / "x.json").write_text("{}")
     with pytest.raises(FileFormatError, match="has no 'format'"):
         Recording.load(tmp_path / "x.json")

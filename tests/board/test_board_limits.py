@@ -3,13 +3,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import numpy as np
 import pytest
 
-from spectral_core.errors import FileFormatError, InvalidInputError
-from spectral_core.explore.board import Binding, Board, Control, Recording, simultaneity
+from spectral_core.errors import InvalidInputError
+from spectral_core.explore.board import Binding, Board, Control
 from spectral_core.explore.board.board import ECHO_SECONDS, LEARN_TRAVEL, MOTOR_SECONDS, TOUCH_SECONDS
 from tests.board.test_board import Numbers
 
@@ -247,41 +244,3 @@ def test_positions_below_and_at_the_ends_of_a_binding() -> None:
     assert [binding.value(position) for position in (-0.5, 0.0, 0.25, 1.0, 1.5)] == [2.0, 2.0, 3.0, 6.0, 6.0]
     assert [binding.position(value) for value in (1.0, 2.0, 3.0, 6.0, 7.0)] == [0.0, 0.0, 0.25, 1.0, 1.0]
     assert (Binding(SLIDER, "a").low, Binding(SLIDER, "a").high, Binding(SLIDER, "a").pick_up) == (0.0, 1.0, False)
-
-
-def test_recordings_need_ascending_times_and_their_own_shape(tmp_path: Path) -> None:
-    for times in ([0.0, 0.0], [1.0, 0.5]):
-        with pytest.raises(InvalidInputError, match="must ascend"):
-            Recording(("a",), np.array(times), np.zeros((2, 1)))
-    with pytest.raises(InvalidInputError):
-        Recording(("a", "b"), np.array([0.0, 1.0]), np.zeros((2, 1)))
-    empty = Recording.from_events([], ("a", "b"), start=(0.25, 0.5))
-    empty.save(tmp_path / "empty.toml")
-    back = Recording.load(tmp_path / "empty.toml")
-    assert back.positions.shape == (0, 2)
-    np.testing.assert_array_equal(simultaneity(back), np.zeros((2, 2)))
-    still = Recording(("a",), np.array([1.0]), np.array([[0.5]]))
-    np.testing.assert_array_equal(simultaneity(still), [[0.0]])
-    (tmp_path / "list.json").write_text("[1]")
-    with pytest.raises(FileFormatError):
-        Recording.load(tmp_path / "list.json")
-
-
-def test_recordings_of_an_earlier_version_are_read(tmp_path: Path) -> None:
-    """They named their format ``kind``."""
-    import json
-
-    Recording(("a",), np.array([0.0, 2.0]), np.array([[0.25], [0.5]])).save(tmp_path / "new.json")
-    document = json.loads((tmp_path / "new.json").read_text())
-    (tmp_path / "old.json").write_text(json.dumps({"kind": document.pop("format"), **document}))
-    np.testing.assert_array_equal(Recording.load(tmp_path / "old.json").positions, [[0.25], [0.5]])
-
-
-def test_events_keep_the_earlier_positions_of_other_faders() -> None:
-    """Of two events of one fader at one time the later in the list counts."""
-    events = [(2.0, 1, 0.5), (1.0, 0, 0.25), (2.0, 1, 0.75), (4.0, 0, 1.0)]
-    path = Recording.from_events(events, ("a", "b"), start=(0.125, 0.0))
-    np.testing.assert_array_equal(path.times, [1.0, 2.0, 4.0])
-    np.testing.assert_array_equal(path.positions, [[0.25, 0.0], [0.25, 0.75], [1.0, 0.75]])
-    # velocities 0, 3/8 and 3/4, 0 over 1 and 2 seconds: they never move together
-    np.testing.assert_array_equal(simultaneity(path), np.eye(2))

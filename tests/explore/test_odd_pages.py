@@ -176,3 +176,32 @@ def test_an_axis_of_a_phone_has_two_ticks_and_its_file_has_texts_that_stay_texts
         assert page.errors == []
     assert [line.split(",", 4)[4].removesuffix(",0") for line in lines[1:]] == [
         "'3", "'1e5", "'nan", "''a'", "'=1+1", '"a,b"', "3 m"]  # fmt: skip
+
+
+def test_a_column_with_an_infinite_value_varies_and_is_quiet() -> None:
+    """Beside an infinite first value all others counted as its rounding, and NumPy warned on the terminal."""
+    from spectral_core.explore.page.build import shown_at_first
+
+    columns = {"first": [np.inf, 1.0, 2.0], "same": [np.inf] * 3, "a": [0.0, 1.0, 2.0], "wide": [-1e308, 1e308, 0.0]}
+    with np.errstate(all="raise"):
+        assert shown_at_first(PageTable("odd", "odd", columns, list("abc"))) == ["first", "a", "wide"]
+
+
+@pytest.mark.skipif(find_browser() is None, reason="no Chromium")
+def test_an_infinite_value_has_the_color_of_the_largest(tmp_path: Path) -> None:
+    """In the matrix it had that of the least."""
+    columns = {"far": [np.inf, 1.0, 2.0, 1.5, 1.5], "a": [0.4, 0.5, 0.6, 0.0, 1.0], "b": [0.4, 0.5, 0.6, 0.0, 1.0]}
+    path = write_page(tmp_path / "page.html", PageTable("odd", "odd", columns, list("abcde")))
+    with Browser(900, 700) as page:
+        page.open(path.resolve().as_uri())
+        assert page.run("explorer.state.columns") == ["far", "a", "b"]
+        page.run("explorer.state.columns = ['a', 'b']; explorer.state.color = 'far'; explorer.changed()")
+        colors = page.run("""(() => {
+const m = explorer.matrix, p = m.panels.find((p) => p.row === 1 && p.column === 0), ink = m.canvas.getContext("2d");
+const pixel = (at) => {
+  const [x, y] = [p.left + at * p.width, p.top + (1 - at) * p.height];
+  return ink.getImageData(x * m.ratio, y * m.ratio, 1, 1);
+};
+return [0, 1, 2].map((row) => Array.from(pixel(m.positions("a")[row]).data).slice(0, 3)); })()""")
+        infinite, least, most = np.array(colors, float)
+        assert np.abs(infinite - most).max() < 40 and np.abs(infinite - least).max() > 100

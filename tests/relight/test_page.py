@@ -128,7 +128,7 @@ def test_the_page_shows_colors_outside_of_srgb_through_the_view_transform(tmp_pa
     light = nodes(below=BELOW)
     red, green, blue = np.meshgrid(light, light, light, indexing="ij")
     wide = np.stack([0.6 * red + 0.4 * green, 0.1 * red + 0.9 * green, 0.1 * green + 0.9 * blue], axis=-1)
-    view = ViewTransform("Wide", 1 - np.exp(-np.maximum(wide, 0)), BELOW)
+    view = ViewTransform("Wide", 1 - np.exp(-np.maximum(wide, 0)), BELOW, 0.4)
     transport = replace(transport_of(rng.uniform(-0.7, 1.5, (2, 3, 6, 8))), view=view)
     page = tmp_path / "dial.html"
     write_page(page, transport)
@@ -154,7 +154,7 @@ def test_a_view_transform_is_its_table_between_the_nodes(rng: np.random.Generato
         ViewTransform.of_document({**steep().document(), "size": 20})
 
 
-def test_a_view_transform_of_two_nodes_is_trilinear_and_one_node_is_refused() -> None:
+def test_a_view_transform_of_two_nodes_has_its_nodes_and_one_node_is_refused() -> None:
     corners = np.stack(np.meshgrid([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], indexing="ij"), axis=-1)
     found = ViewTransform("Least", corners[..., ::-1])
     # At its nodes the table returns its entries, here with red and blue exchanged.

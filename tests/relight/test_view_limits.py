@@ -19,6 +19,7 @@ from spectral_core.render.relight.mix import LiveMix, amounts_of, relight
 from spectral_core.render.relight.page import write_page
 from spectral_core.render.relight.view_transform import ViewTransform, nodes, positions
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid
+from tests.relight.comparison import between_corners
 from tests.relight.test_page import transport_of
 
 
@@ -47,17 +48,29 @@ def test_light_below_0_has_nodes_a_stop_apart(rng: np.random.Generator) -> None:
 
 
 @pytest.mark.parametrize("size", [2, 3, 7])
-def test_a_table_is_trilinear_between_its_nodes(size: int, rng: np.random.Generator) -> None:
-    """Against SciPy's interpolation, at the nodes and between them, and beyond both ends."""
-    from scipy.interpolate import RegularGridInterpolator
-
+def test_a_table_is_tetrahedral_between_its_nodes(size: int, rng: np.random.Generator) -> None:
+    """At the nodes and between them, and beyond both ends; gray does not depend on nodes that are not gray."""
     view = ViewTransform("random", rng.uniform(0, 1, (size, size, size, 3)))
-    axis = np.linspace(0, 1, size)
-    own = RegularGridInterpolator((axis, axis, axis), view.table)
-    places = np.concatenate([rng.uniform(0, 1, (200, 3)), rng.choice(axis, (50, 3))])
+    places = np.concatenate([rng.uniform(0, 1, (200, 3)), rng.choice(np.linspace(0, 1, size), (50, 3))])
     light = np.expm1(places * np.log(65537)) / 1024
-    np.testing.assert_allclose(view.shown(light), own(places), atol=1e-9)
+    np.testing.assert_allclose(view.shown(light), between_corners(view.table, (size - 1) * places), atol=1e-9)
     np.testing.assert_allclose(view.shown([[-1.0, 0.0, 200.0]]), [view.table[0, 0, -1]], atol=1e-12)
+    colored = np.array(view.table)
+    colored[np.ptp(np.indices((size, size, size)), axis=0) > 0] = 0.5
+    gray = np.repeat(rng.uniform(0, 64, (20, 1)), 3, axis=1)
+    np.testing.assert_allclose(ViewTransform("gray", colored).shown(gray), view.shown(gray), atol=1e-9)
+
+
+def test_exposure_moves_light_along_the_axes(rng: np.random.Generator) -> None:
+    """The brightest light that a view tells apart is at a node at any exposure."""
+    table = rng.uniform(0, 1, (5, 5, 5, 3))
+    light = rng.uniform(0, 9, (40, 3))
+    brighter = ViewTransform("brighter", table, 1, 1.5)
+    np.testing.assert_allclose(brighter.shown(light), ViewTransform("plain", table, 1).shown(light * 2**1.5))
+    assert ViewTransform.of_document(brighter.document()).exposure == 1.5
+    assert "exposure" not in ViewTransform("plain", table).document()
+    with pytest.raises(InvalidInputError, match="the exposure of a view"):
+        ViewTransform("endless", table, 1, float("inf"))
 
 
 def test_tables_are_clipped_and_written_in_16_bits(rng: np.random.Generator) -> None:

@@ -27,6 +27,8 @@ from spectral_core.spectra.color import display_rgb_from_linear
 PLACES = ((-3, -3, 4), (3, -3, 4), (0, -4, 5), (-4, -1, 3), (4, -1, 3))
 SPECTRA = ("A", "D65", "FL2", "FL11", "HP1")
 FADERS, RATE_HZ, MOVE_S = 8, 60, 0.6
+MESSAGE_S = 0.0003
+"""Time between the messages of two faders."""
 ITEMS = (
     "1 fader", "2 adjacent, same way", "2 apart, same way", "2 adjacent, opposed", "2 apart, opposed",
     "4 adjacent, same way", "4 apart, opposed", "8, same way",
@@ -154,10 +156,11 @@ def _trial(person: int, item: int) -> float:
             share = np.clip((time - starts[k]) / MOVE_S, 0, 1)
             if 0 < share < 1:  # minimum jerk (Flash and Hogan 1985)
                 at = 0.5 + (goal[fader] - 0.5) * (10 * share**3 - 15 * share**4 + 6 * share**5)
-                board.receive(controls[fader], float(at), time)
+                # a device sends the positions of its faders in turn
+                board.receive(controls[fader], float(at), time + k * MESSAGE_S)
         for change in board.poll():
             numbers[change.target] = change.value
-            events.append((time, int(change.target.split()[1]), change.value / 1000.0))
+            events.append((change.time, int(change.target.split()[1]), change.value / 1000.0))
     start = np.full(FADERS, 0.5)
     recording = Recording.from_events([(0.0, 0, 0.5), *events], tuple(numbers), start)
     correlation = simultaneity(recording)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import bpy
-import numpy as np
 from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError, SpectralError
@@ -35,7 +34,6 @@ class Session:
     links: list[Any] = field(default_factory=list)
     events: list[tuple[float, str, float]] = field(default_factory=list)
     started: float = field(default_factory=time.monotonic)
-    start_positions: dict[str, float] = field(default_factory=dict)
     told: str = ""
     """What the panel reports about the devices."""
 
@@ -122,9 +120,6 @@ def rebind(scene: Scene) -> None:
         for new in wanted:
             if new not in board.bindings:
                 board.bind(new)
-            present = read(new.target)
-            if present is not None:
-                _session.start_positions.setdefault(new.target, new.position(present))
         board.set_orders((order.lower, order.upper) for order in settings.orders if order.lower and order.upper)
         settings.status = ""
     except SpectralError as error:
@@ -217,14 +212,15 @@ def _write(scene: Scene, change: Change) -> None:
 
 def recording() -> Any:
     """Motion since the board was started. Raises InvalidInputError if nothing has moved."""
-    from spectral_core.explore.board import Recording
+    from spectral_core.explore.board.recording import MOVING_SECONDS, Recording
 
     if _session is None or not _session.events:
         raise InvalidInputError("no fader has moved since the board was started")
     targets = tuple(dict.fromkeys(target for _, target, _ in _session.events))
-    first = _session.events[0][0]
+    first = _session.events[0][0] - MOVING_SECONDS  # the path begins before its first update
     rows = [(seconds - first, targets.index(target), position) for seconds, target, position in _session.events]
-    begin = np.array([_session.start_positions.get(target, 0.0) for target in targets])
+    # where a fader was before its first update is not known: the number may jump to it
+    begin = [next(at for _, target, at in _session.events if target == each) for each in targets]
     return Recording.from_events(rows, targets, begin)
 
 

@@ -29,10 +29,10 @@ from .rendered_parts import look_matrix
 
 if TYPE_CHECKING:
     from spectral_core.render import Progress
+    from spectral_core.render.relight.agx_view import View
     from spectral_core.render.relight.groups import Fingerprint
     from spectral_core.render.relight.mix import LiveMix
     from spectral_core.render.relight.transport import Transport
-    from spectral_core.render.relight.view_transform import ViewTransform
     from spectral_core.scene import Note
     from spectral_core.scene import Scene as SpectralScene
 
@@ -49,7 +49,7 @@ class Recording:
     one_per_light: bool
     members: list[Member]
     parts: changes.Parts
-    view: ViewTransform | None
+    view: View | None
     look: NDArray[np.float64]
     """Matrix of the look of renders; the dial shows the picture with that of the present look."""
     before: tuple[Fingerprint, Transport] | None = None

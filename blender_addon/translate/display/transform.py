@@ -18,14 +18,18 @@ from spectral_core.spectra.color import display_rgb_from_linear
 from ...compat import image_format, rec709_from_working, working_space
 
 if TYPE_CHECKING:
-    from spectral_core.render.relight.view_transform import ViewTransform
+    from spectral_core.render.relight.agx_view import View
 
 NAME = "spectral view transform"
 PLAIN_VIEW = "sRGB"
 """The name of the view that is the plain sRGB curve."""
 Key = tuple[str, str]
 """The working space, and all settings of the view as text."""
-_latest: dict[Key, ViewTransform] = {}
+TRIED_LEAST, TRIED_LARGEST = -8.0, 3.0
+"""Logarithms of light for which a table is compared with Blender's view."""
+AS_AGX = 0.1 / 255
+"""Mean difference up to which a view is the table of AgX; a look or curves make it several times as large."""
+_latest: dict[Key, View] = {}
 """The last table: saving its picture takes up to 0.1 s, since Blender prepares the view for the processor."""
 
 
@@ -34,7 +38,7 @@ def view_key(scene: Scene) -> Key:
     return working_space(bpy.data), view_name(scene)
 
 
-def view_transform_of(scene: Scene) -> ViewTransform | None:
+def view_transform_of(scene: Scene) -> View | None:
     """The transform of ``scene``, its look, exposure, gamma and curves; None for the plain sRGB curve.
 
     Blender has no function for it, so a picture of all table nodes is saved like a render.
@@ -52,21 +56,45 @@ def is_known(key: Key) -> bool:
     return key[1] == PLAIN_VIEW or key in _latest
 
 
-def remember(key: Key, transform: ViewTransform) -> None:
+def remember(key: Key, transform: View) -> None:
     """Keep the transform of a view until the next one."""
     _latest.clear()
     _latest[key] = transform
 
 
-def sampled(scene: Scene) -> ViewTransform:
+def sampled(scene: Scene) -> View:
     """The transform of ``scene`` as a table."""
     from spectral_core.render.relight.view_transform import BELOW, ViewTransform, nodes
 
-    view, light = scene.view_settings, nodes(below=BELOW)
+    if (agx := _sampled_as_agx(scene)) is not None:
+        return agx
+    exposure = scene.view_settings.exposure
+    light = nodes(below=BELOW) * 2.0**-exposure
     grid = np.stack(np.meshgrid(light, light, light, indexing="ij"), axis=-1)
     shown = shown_pixels(scene, grid.reshape(len(light), -1, 3))
-    name = view.view_transform if view.look == "None" else f"{view.view_transform}, {view.look}"
-    return ViewTransform(name, shown.reshape(grid.shape), BELOW)
+    return ViewTransform(_title(scene), shown.reshape(grid.shape), BELOW, exposure)
+
+
+def _sampled_as_agx(scene: Scene) -> View | None:
+    """The transform as the table of Blender's AgX; None for another view, and for what a look, curves or another color
+    configuration make of it.
+    """
+    from spectral_core.render.relight.agx_view import LOWEST_STOP, AgxView, node_light
+
+    if not scene.view_settings.view_transform.startswith("AgX"):
+        return None
+    lowest = LOWEST_STOP - scene.view_settings.exposure
+    light = node_light(lowest)
+    shown = shown_pixels(scene, light.reshape(len(light), -1, 3)).reshape(light.shape)
+    found = AgxView.of_shown(_title(scene), shown, lowest)
+    tried = 2.0 ** np.random.default_rng(0).uniform(TRIED_LEAST, TRIED_LARGEST, (64, 64, 3))
+    away = np.abs(found.shown(tried) - shown_pixels(scene, tried)).mean()
+    return found if away <= AS_AGX else None
+
+
+def _title(scene: Scene) -> str:
+    view = scene.view_settings
+    return view.view_transform if view.look == "None" else f"{view.view_transform}, {view.look}"
 
 
 def view_name(scene: Scene) -> str:

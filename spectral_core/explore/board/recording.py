@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Self
 
@@ -17,6 +16,10 @@ from spectral_core.errors import InvalidInputError
 
 Array = NDArray[np.float64]
 FORMAT, VERSION = "spectral-scene fader recording", 1
+MOVING_SECONDS = 0.1
+"""A fader moves for so long before each of its updates, at most since the one before: updates of faders that move
+together come in turn, and slow ones have pauses of this length between their steps.
+"""
 RECORDING_SCHEMA = Schema("spectral_core.explore.board", "recording.schema.json")
 
 
@@ -38,16 +41,23 @@ class Recording:
 
     @classmethod
     def from_events(cls, events: ArrayLike, targets: tuple[str, ...], start: ArrayLike) -> Self:
-        """Paths from value updates: ``events`` rows (seconds, fader index, position), ``start`` (faders,) positions."""
+        """Paths from value updates: ``events`` rows (seconds, fader index, position), ``start`` (faders,) positions.
+
+        A fader moves evenly from one of its updates to the next, after a longer pause for ``MOVING_SECONDS`` only, so
+        that it does not matter in which order and at which moments those of other faders arrive. Raises
+        InvalidInputError for an event of a fader that is no target.
+        """
         rows = np.asarray(events, dtype=np.float64).reshape(-1, 3)
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
-        times, first = np.unique(rows[:, 0], return_index=True)
-        now, path = np.array(start, dtype=np.float64), np.empty((times.size, len(targets)))
-        for number, (begin, end) in enumerate(pairwise([*first, len(rows)])):
-            for _, fader, position in rows[begin:end]:
-                now[int(fader)] = position
-            path[number] = now
-        return cls(targets, times, path)
+        begins = frozen_array("start", start, (len(targets),))
+        if not np.isin(rows[:, 1], np.arange(len(targets))).all():
+            raise InvalidInputError(f"an event names a fader beyond the {len(targets)} targets, which count from 0")
+        paths = [_path(rows[rows[:, 1] == fader], begin) for fader, begin in enumerate(begins)]
+        times = np.unique(np.concatenate([each for each, _ in paths])) if paths else np.zeros(0)
+        positions = np.empty((times.size, len(targets)))
+        for fader, (own, path) in enumerate(paths):
+            positions[:, fader] = np.interp(times, own, path) if own.size else begins[fader]
+        return cls(targets, times, positions)
 
     def save(self, path: str | Path) -> None:
         """Write as a document in JSON or TOML. Raises FileWriteError."""
@@ -67,6 +77,19 @@ class Recording:
         RECORDING_SCHEMA.require_valid(document)
         positions = document["positions"] or np.zeros((0, len(document["targets"])))  # without samples, no rows
         return cls(tuple(document["targets"]), document["times"], positions)
+
+
+def _path(updates: Array, start: float) -> tuple[Array, Array]:
+    """Times and positions of the corners of a fader's path, from its updates (n, 3), sorted; of two at one time the
+    later counts.
+    """
+    times = updates[:, 0]
+    last = np.append(times[1:] != times[:-1], True)[: times.size]
+    times, positions = times[last], updates[last, 2]
+    before = np.concatenate([[-np.inf], times])[: times.size]
+    moves = np.maximum(before, times - MOVING_SECONDS)
+    held = np.concatenate([[start], positions])[: times.size]
+    return np.stack([moves, times], axis=1).ravel(), np.stack([held, positions], axis=1).ravel()
 
 
 def simultaneity(recording: Recording) -> Array:

@@ -95,7 +95,11 @@ def _varies(values: Sequence[Any]) -> bool:
     if column.dtype.kind != "f":
         return len(set(column)) > 1
     known = column[~np.isnan(column)]
-    return bool(known.size and (np.abs(known - known[0]) > 1e-12 * max(1.0, abs(known[0]))).any())
+    finite = known[np.isfinite(known)]
+    if finite.size < known.size:  # no distance is beyond the rounding of an infinite value
+        return len(set(known.tolist())) > 1
+    with np.errstate(over="ignore"):
+        return bool(finite.size and (np.abs(finite - finite[0]) > 1e-12 * max(1.0, abs(finite[0]))).any())
 
 
 def page_html(table: PageTable, *, thumbnails: bool = True, live: bool = False) -> str:

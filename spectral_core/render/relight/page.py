@@ -71,6 +71,8 @@ def write_page(
         live.set_light(group, light)
     amounts = amounts_of(transport, mix)
     layers = np.stack([as_rendered(transport, live.picture(row))[..., :3].copy() for row in np.diag(amounts)])
+    if transport.view is not None:
+        layers = transport.view.coordinates(layers)  # of a mixture, as its light, they are the sum
     overflown = int((~(np.abs(layers) <= np.finfo(np.float16).max)).sum())
     if overflown:
         raise InvalidInputError(

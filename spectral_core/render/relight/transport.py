@@ -22,11 +22,11 @@ from spectral_core.render.light_groups import (
     world_varies,
 )
 from spectral_core.render.plan.effects import plan_from_data
+from spectral_core.render.relight.agx_view import View
 from spectral_core.render.relight.groups import group_light, one_group_per_light, several_colors
 from spectral_core.render.relight.memory import require_memory
 from spectral_core.render.relight.sampling import sampling_lights
 from spectral_core.render.relight.storage import Storage, flat_light
-from spectral_core.render.relight.view_transform import ViewTransform
 from spectral_core.render.result import RenderResult
 from spectral_core.render.still import render_scene
 from spectral_core.render.volumes import OWN_LIGHT, shining
@@ -71,7 +71,7 @@ class Transport:
     scene_hash: str
     samples: int
     seed: int
-    view: ViewTransform | None = None
+    view: View | None = None
     """View transform of the scene; None for the plain sRGB curve."""
     look: NDArray[np.float64] | None = None
     """(3, 3), by which renders of the scene show linear sRGB: ``Look.picture_matrix``; None if it changes nothing."""
@@ -131,7 +131,7 @@ def record_transport(
     *,
     one_per_light: bool = False,
     most_groups: int | None = None,
-    view: ViewTransform | None = None,
+    view: View | None = None,
     look: NDArray[np.float64] | None = None,
     kept: Transport | None = None,
     again: Collection[str] | None = None,

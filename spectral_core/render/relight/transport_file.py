@@ -21,9 +21,9 @@ from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.exr import exr_headers, openexr, read_exr, write_exr
 from spectral_core.files.guarded import no_file, reading, require_shallow
 from spectral_core.files.whole import require_own_kind
+from spectral_core.render.relight.agx_view import view_of_document
 from spectral_core.render.relight.storages import storage_of_document
 from spectral_core.render.relight.transport import Transport
-from spectral_core.render.relight.view_transform import ViewTransform
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid, Spectrum
 
 KIND, VERSION = "spectral-scene transport", 1
@@ -158,7 +158,7 @@ def _assemble(path: Path, meaning: dict[str, Any], parts: list[Any]) -> Transpor
             storage, groups, np.array(planes, dtype=np.float32), _plane(path, parts[len(groups)], "A"),
             tuple(_light_of(light) for light in meaning["lights"]), float(meaning["exposure"]),
             str(meaning["scene_hash"]), int(meaning["samples"]), int(meaning["seed"]),
-            ViewTransform.of_document(meaning["view"]) if "view" in meaning else None,
+            view_of_document(meaning["view"]) if "view" in meaning else None,
             np.array(meaning["look"], dtype=np.float64) if "look" in meaning else None,
         )  # fmt: skip
     except (KeyError, TypeError, ValueError, OverflowError, InvalidInputError) as error:

@@ -2,7 +2,7 @@
 """View transform of a scene from linear light to a screen (AgX, Filmic, Standard, looks, curves), as a sampled table.
 
 Blender's color management provides the transform; the add-on samples it when a transport is recorded. Pictures outside
-of Blender, such as the page with the dial, then match the scene's look.
+of Blender, such as the page with the dial, then match the scene's look. ``agx_view`` is the table of AgX alone.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_whole
+from spectral_core.checks import frozen_array, read_only_when_copied, require_range, require_whole
 from spectral_core.errors import InvalidInputError, counted
 
 Array = NDArray[np.float64]
 
 TABLE_SIZE = 33
-"""Nodes per axis from 0 on, half a stop apart: error of a quarter of a level of 255 for AgX in the mean, twelve at most
-at its sharp bends.
+"""Nodes per axis from 0 on, half a stop apart: error of a third of a level of 255 for looks of AgX in the mean, 21 at
+most at their sharp bends.
 """
 BELOW = 13
 """Nodes per axis below 0, a stop apart, down to -8: what a color outside of sRGB, as that of a laser, has there."""
@@ -34,12 +34,14 @@ _BRIGHTEST = 64.0
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewTransform:
     """``table``: (n, n, n, 3), display values, 0 to 1, by red, green and blue of linear sRGB at ``nodes``, of which
-    ``below`` are below 0.
+    ``below`` are below 0. ``exposure``: stops by which light is brightened before, so that what is the brightest light
+    of a view stays at one place of its table.
     """
 
     name: str
     table: Array
     below: int = 0
+    exposure: float = 0.0
 
     def __post_init__(self) -> None:
         size = np.shape(self.table)[0] if np.ndim(self.table) else 0
@@ -50,26 +52,23 @@ class ViewTransform:
                 "at least 2"
             )
         object.__setattr__(self, "table", np.clip(table, 0.0, 1.0))
+        object.__setattr__(self, "exposure", require_range("the exposure of a view", self.exposure, -100.0, 100.0))
+
+    def coordinates(self, linear_rgb: ArrayLike) -> Array:
+        """Light (..., 3) by which the table is ordered: linear sRGB itself."""
+        return np.asarray(linear_rgb, dtype=np.float64)
 
     def shown(self, linear_rgb: ArrayLike) -> Array:
-        """Display values (..., 3) in 0 to 1 of linear sRGB (..., 3): trilinear between nodes."""
-        size = len(self.table)
-        position = positions(linear_rgb, size - self.below, self.below)
-        low = np.clip(position.astype(np.intp), 0, size - 2)
-        part = position - low
-        result = np.zeros(position.shape)
-        for corner in range(8):
-            step = np.array([corner & 1, corner >> 1 & 1, corner >> 2])
-            weight = np.where(step, part, 1 - part).prod(axis=-1)
-            index = low + step
-            result += weight[..., None] * self.table[index[..., 0], index[..., 1], index[..., 2]]
-        return result
+        """Display values (..., 3) in 0 to 1 of linear sRGB (..., 3): tetrahedral between nodes."""
+        light = self.coordinates(linear_rgb) * 2.0**self.exposure
+        return tetrahedral(self.table, positions(light, len(self.table) - self.below, self.below))
 
     def document(self) -> dict[str, Any]:
         """The entries of a file: 16 bits per value."""
         levels = np.round(self.table * 65535).astype("<u2")
         table = base64.b64encode(levels.tobytes()).decode("ascii")
-        return {"name": self.name, "size": len(self.table), "below": self.below, "table": table}
+        exposure = {"exposure": self.exposure} if self.exposure else {}
+        return {"name": self.name, "size": len(self.table), "below": self.below, **exposure, "table": table}
 
     @classmethod
     def of_document(cls, document: dict[str, Any]) -> ViewTransform:
@@ -80,7 +79,25 @@ class ViewTransform:
             raise InvalidInputError(
                 f"a view transform of {size} nodes has {levels.size} values; expected {3 * size**3}"
             )
-        return cls(str(document["name"]), levels.reshape(size, size, size, 3) / 65535.0, below)
+        exposure = float(document.get("exposure", 0.0))
+        return cls(str(document["name"]), levels.reshape(size, size, size, 3) / 65535.0, below, exposure)
+
+
+def tetrahedral(table: Array, position: Array) -> Array:
+    """Values (..., 3) of a table (n, n, n, 3) at positions (..., 3) on its axes, in nodes: a mean over the tetrahedron.
+
+    Six of them, around the diagonal of gray, fill each cell: gray is between two nodes, and not between eight.
+    """
+    corner = np.clip(position.astype(np.intp), 0, len(table) - 2)
+    part = position - corner
+    # From the lower corner of a cell to the upper one along its edges, the axis of the largest part first.
+    order = np.argsort(-part, axis=-1, kind="stable")
+    weights = -np.diff(np.take_along_axis(part, order, axis=-1), axis=-1, prepend=1.0, append=0.0)
+    found = weights[..., :1] * table[corner[..., 0], corner[..., 1], corner[..., 2]]
+    for step in range(3):
+        corner = corner + (np.arange(3) == order[..., step : step + 1])
+        found = found + weights[..., step + 1 : step + 2] * table[corner[..., 0], corner[..., 1], corner[..., 2]]
+    return np.asarray(found)
 
 
 def positions(linear_rgb: ArrayLike, size: int = TABLE_SIZE, below: int = 0) -> Array:

@@ -65,6 +65,6 @@ export function rowColors(column, at, count) {
   }
   const lookup = Uint32Array.from({ length: 256 }, (_, k) => word(mapped(k / 255)));
   const missing = word(MISSING);
-  for (let i = 0; i < count; i++) out[i] = Number.isNaN(at[i]) ? missing : lookup[Math.min(255, Math.max(0, (at[i] * 255) | 0))];
+  for (let i = 0; i < count; i++) out[i] = Number.isNaN(at[i]) ? missing : lookup[Math.floor(Math.min(255, Math.max(0, at[i] * 255)))];
   return out;
 }

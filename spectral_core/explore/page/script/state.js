@@ -18,6 +18,8 @@ const MOST_SHOWN_NARROW = 4;
 /** True if the rows have more than one value in a column, beyond rounding. @param {import("./data.js").Column} column */
 function varies(column) {
   const known = (column.values ?? new Float64Array()).filter((value) => !Number.isNaN(value));
+  // no distance is beyond the rounding of an infinite value
+  if (known.some((value) => !Number.isFinite(value))) return known.some((value) => value !== known[0]);
   return known.some((value) => Math.abs(value - known[0]) > 1e-12 * Math.max(1, Math.abs(known[0])));
 }
 
