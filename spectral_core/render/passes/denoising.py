@@ -133,7 +133,7 @@ class DenoisingData(LobeColors):
         passes_glass = hides_world and self.film.transparent_glass
 
         def body(place: Any, shares: Any, fog: Any, state: Any, sums: Any) -> Any:
-            (origin, way, length), (clear, reach), (kind, through, layers, walking) = place, shares, state
+            (origin, way, length), (clear, reach, before), (kind, through, layers, walking) = place, shares, state
             straight = kind == int(Rays.CAMERA)
             here = mi.Ray3f(ray)
             here.o, here.d, here.maxt = origin, way, length
@@ -156,8 +156,10 @@ class DenoisingData(LobeColors):
             facing = dr.select(shows & dr.all(dr.isfinite(facing)), facing * (reach * surface.opaque), 0.0)
             albedo = dr.select(shows, self._measured(clear * self._white_at(si) * surface.rough), 0.0)
             albedo += self._seen_light(si, here, (clear, kind), walking & ~unseen, through & hides_world)
-            distance = dr.select(met & ~hole, channel_mean(dr, clear) * si.t, 0.0)
-            sums = tuple(before + more for before, more in zip(sums, (albedo, facing, distance), strict=True))
+            # the way to a surface that the camera does not see counts with that to the next one
+            distance = dr.select(met & ~hole & ~unseen, channel_mean(dr, clear) * (before + si.t), 0.0)
+            before = dr.select(met & unseen, before + si.t, 0.0)
+            sums = tuple(sum_ + more for sum_, more in zip(sums, (albedo, facing, distance), strict=True))
             # behind a rough surface only what it lets through straight is left
             clear = dr.select(seen, clear * (surface.clear + dr.select(shows, 0.0, surface.sharp)), clear)
             reach = dr.select(shows, reach * (1.0 - surface.opaque), reach)
@@ -174,12 +176,12 @@ class DenoisingData(LobeColors):
                 dr.select(onward, out, way),
                 dr.select(turned, dr.inf, length - si.t),
             )
-            return place, (clear, reach), fog, (kind, through, layers + 1, onward), sums
+            return place, (clear, reach, before), fog, (kind, through, layers + 1, onward), sums
 
         fog = at_start(rules, first_hit.scene, ray, ray.maxt > 0.0)
         start = (
             (mi.Point3f(ray.o), mi.Vector3f(ray.d), mi.Float(ray.maxt)),
-            (mi.Spectrum(1.0), mi.Float(1.0)),
+            (mi.Spectrum(1.0), mi.Float(1.0), mi.Float(0.0)),
             fog,
             (mi.UInt32(int(Rays.CAMERA)), mi.Bool(True), mi.UInt32(0), ray.maxt > 0.0),
             (mi.Color3f(0.0), mi.Vector3f(0.0), mi.Float(0.0)),

@@ -73,7 +73,11 @@ def test_mist_of_depth_0_and_that_of_a_scene_without_a_world(scene, tmp_path):
 
 
 def test_what_is_behind_transparent_glass(scene, build, tmp_path):
-    """The environment that the picture omits there was in no pass, and albedo held it, and no lamps in reflections."""
+    """The environment that the picture omits there was in no pass, and albedo held it, and no lamps in reflections.
+
+    Depth held the way to a surface that the camera does not see.
+    """
+    build.plane("Unseen", 0.9).visible_camera, bpy.data.objects["Unseen"].location.x = False, -0.8
     scene.objects["Plane"].data.materials[0] = build.material("Glass", "ShaderNodeBsdfGlass", Roughness=0.0, IOR=3.0)
     build.light("AREA", energy=20.0, location=(0, 0, 6), size=8.0)
     scene.world.node_tree.nodes["Background"].inputs[0].default_value = (0.2, 0.4, 0.6, 1)
@@ -84,6 +88,7 @@ def test_what_is_behind_transparent_glass(scene, build, tmp_path):
     for shows in (True, False):
         layer.use_pass_environment = shows
         theirs, ours = both(tmp_path)
-        for name in ("Environment.B", "Denoising Albedo.B", "Denoising Albedo.R")[0 if shows else 1 :]:
+        held = ("Denoising Albedo.B", "Denoising Albedo.R", "Denoising Depth.Z", "Environment.B")
+        for name in held if shows else held[:3]:
             means = [each[name].reshape(SIZE // 8, 8, SIZE // 8, 8).mean(axis=(1, 3)) for each in (theirs, ours)]
             assert np.abs(means[1] - means[0]).mean() < 0.1 * means[0].mean(), (name, means)
