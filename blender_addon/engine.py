@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import traceback
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import bpy
@@ -20,7 +22,7 @@ from .drawing.clock import clock
 from .properties.render import ENGINE
 from .translate.camera import axes_of
 from .translate.camera.motion import with_motion
-from .translate.passes import cryptomatte_header, fill_passes, pass_notes, passes_of, slots_of
+from .translate.passes import cryptomatte_header, fill_passes, pass_notes, passes_of, rendered_passes, slots_of
 from .translate.scene import translate_scene
 from .translate.viewport.look import look_of, notes_of, preview_scene
 from .viewport import Viewport, shown_from_rgb, working_from_rgb
@@ -37,6 +39,7 @@ class _Place:
     view: str
     working_from_rgb: NDArray[np.float64] | None
     transparent: bool
+    header: Callable[[], dict[str, str]] = dict
 
 
 class SpectralRenderEngine(bpy.types.RenderEngine):
@@ -133,7 +136,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             if scene is None or _has_own_cameras(depsgraph.scene_eval):
                 scene, color_matrix = self._translated(depsgraph)
             self.update_stats("", "Starting the renderer")
-            place = _Place(depsgraph.view_layer_eval.name, view, color_matrix, has_holes(scene))
+            header = partial(cryptomatte_header, scene, depsgraph)
+            place = _Place(depsgraph.view_layer_eval.name, view, color_matrix, has_holes(scene), header)
             result = self._render_view(self._seen_from(scene, depsgraph), place, wanted.options)
             if wanted.rendered is not None:
                 wanted.rendered(result, place.layer, view)
@@ -149,7 +153,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         output = self.path_resolve("render")  # as an attribute it is the method of this name
         scene = translate_scene(depsgraph, camera=camera, is_moving=True, output=output)
         scene = with_motion(scene, depsgraph, camera, self._set_frame)
-        passes = passes_of(depsgraph.scene_eval, depsgraph.view_layer_eval)
+        passes = rendered_passes(depsgraph, scene)
         scene = replace(
             scene,
             notes=(*scene.notes, *pass_notes(depsgraph.view_layer_eval)),
@@ -173,8 +177,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self.update_stats("", _state(progress))
 
         result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **options)
-        header = result.header | cryptomatte_header(scene, place.layer)
-        self._write(result.pixels, place, header, result.passes)
+        self._write(result.pixels, place, result.header | place.header(), result.passes)
         return result
 
     def _set_frame(self, frame: int, subframe: float) -> None:

@@ -207,7 +207,7 @@ def _render_frame(
         "transport": result.plan["transport"].value,
         "variant": result.variant,
         "denoised": result.denoised,
-        "passes": list(pictures.passes),
+        "passes": list(pictures.passes) if arguments.multilayer or arguments.passes else [],  # those in the file
         "prediction": None if result.prediction is None else dataclasses.asdict(result.prediction),
         "outcome": None if result.outcome is None else dataclasses.asdict(result.outcome),
         "notes": [f"{note.subject}: {note.message}" for record in jobs.records for note in record.notes],

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -12,6 +12,11 @@ from numpy.typing import NDArray
 
 from spectral_core.scene import Mist, Note, Passes, Scene
 from spectral_core.scene.passes import CRYPTOMATTES, GROUP_PREFIX
+
+from .. import compat
+from .context import overridden
+from .lighting.outputs import outputs_of_world
+from .shading.attributes import root_of
 
 OF_LAYER = {
     "use_pass_z": "Depth", "use_pass_mist": "Mist", "use_pass_position": "Position", "use_pass_normal": "Normal",
@@ -54,6 +59,9 @@ OLDER_NAMES = {
 }  # fmt: skip
 """Blender 4's name of a pass."""
 
+MIST_WITHOUT_WORLD = Mist(0.0, 100.0, "LINEAR")
+"""That of Cycles in a scene without a world."""
+
 
 @dataclass(frozen=True)
 class Slot:
@@ -70,11 +78,19 @@ def passes_of(scene: Any, layer: Any) -> Passes | None:
     names, groups = [name for name in names if name not in taken], [name for name in groups if name not in taken]
     if not names and not taken and not groups:
         return None
-    world = scene.world
-    mist = Mist() if world is None else _mist(world.mist_settings)
+    world = scene.world  # as in Cycles, that of the scene, also where the layer has another one
+    mist = MIST_WITHOUT_WORLD if world is None else _mist(world.mist_settings)
     levels = min(max(int(layer.pass_cryptomatte_depth), 2), 16)
     lit = tuple(name.removeprefix(GROUP_PREFIX) for name in groups)
     return Passes(tuple(names), tuple(taken.items()), lit, mist, float(layer.pass_alpha_threshold), levels)
+
+
+def rendered_passes(depsgraph: Any, scene: Scene) -> Passes | None:
+    """``passes_of`` a depsgraph, with what its world gives to AOVs, seen by the camera of the translated ``scene``."""
+    wanted = passes_of(depsgraph.scene_eval, depsgraph.view_layer_eval)
+    if wanted is None or not wanted.aovs:
+        return wanted
+    return replace(wanted, of_world=outputs_of_world(depsgraph, scene))
 
 
 def read_by_passes(depsgraph: Any) -> frozenset[str]:
@@ -158,17 +174,38 @@ def fill_passes(places: Any, passes: dict[str, NDArray[np.float32]], view: str, 
         place.rect.foreach_set(shown.ravel())
 
 
-def cryptomatte_header(scene: Scene, layer: str) -> dict[str, str]:
-    """Header of a file with the cryptomattes of a rendered scene."""
+def cryptomatte_header(scene: Scene, depsgraph: Any) -> dict[str, str]:
+    """Header of a file with the cryptomattes of a scene that was translated from a depsgraph."""
     from spectral_core.render.passes.cryptomatte import header
 
     wanted = scene.settings.passes
+    if wanted is None or not wanted.cryptomattes:
+        return {}
+    beside = _names_beside(depsgraph)
     names = {
         "CryptoObject": [item.shown_as or item.name for item in scene.instances],
         "CryptoMaterial": [item.shown_as or item.name for item in scene.materials],
         "CryptoAsset": [item.asset or item.shown_as or item.name for item in scene.instances],
     }
     entries: dict[str, str] = {}
-    for kind in () if wanted is None else wanted.cryptomattes:
-        entries |= header(layer, kind, names[kind])
+    for kind in wanted.cryptomattes:
+        entries |= header(depsgraph.view_layer_eval.name, kind, names[kind] + beside[kind])
     return entries
+
+
+def _names_beside(depsgraph: Any) -> dict[str, list[str]]:
+    """Names by cryptomatte that no surface of the picture has, and that Cycles lists too: of lamps, of the world, and
+    of materials that the view layer's override replaces.
+    """
+    lamps = [each for each in depsgraph.ids if isinstance(each, bpy.types.Object) and each.type == "LIGHT"]
+    lamps = [each for each in lamps if not each.hide_render]
+    shaded = [
+        each for each in depsgraph.ids if isinstance(each, bpy.types.Light) and compat.node_tree(each) is not None
+    ]
+    materials = [each for each in depsgraph.ids if isinstance(each, bpy.types.Material)]
+    world = overridden(depsgraph, "world_override") or depsgraph.scene_eval.world
+    return {
+        "CryptoObject": [lamp.name for lamp in lamps],
+        "CryptoMaterial": [each.name for each in (*materials, *shaded)],
+        "CryptoAsset": [*(root_of(lamp).name for lamp in lamps), *([] if world is None else [world.name])],
+    }

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from spectral_core.scene import Instance, Material, Mesh, ScatteringMedium
 from spectral_core.scene.geometry import BORDER_MARGIN, VOLUME_BOX, box_of, index_box, unit_box
 
+from .camera import space_from_world
 from .shading.attributes import PREFIX, object_attributes, object_info, root_of
 from .shading.materials import TranslatedMaterial
 from .shading.media.regions import NAMED, TOO_COARSE, Region, medium_in_box, medium_of_grids
@@ -202,7 +203,6 @@ def _placed(
     facts |= object_info(obj, instance)
     if any(name.startswith("ray:") for name in inputs):
         translation.note(obj.name, "its volume depends on the type of ray; all rays see what the camera sees")
-    camera = translation.scene.camera
-    viewer = np.eye(4) if camera is None else np.linalg.pinv(np.array(camera.matrix_world, dtype=np.float64))
+    viewer = space_from_world(translation.scene.camera, translation.render)
     half = np.where(half == 0, 1.0, half)
-    return Region((1, 1, 1), np.eye(4), matrix, np.diag([1.0, 1.0, -1.0, 1.0]) @ viewer, center, half, facts)
+    return Region((1, 1, 1), np.eye(4), matrix, viewer, center, half, facts)

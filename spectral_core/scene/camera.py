@@ -83,6 +83,24 @@ class Panorama:
         return min(1.0, *(max(abs(side), 1e-6) for side in sides)) if sides else 1.0
 
 
+_AXES = {
+    "": ((1, 0, 0), (0, 1, 0), (0, 0, -1)),
+    "mirror_ball": ((1, 0, 0), (0, 0, 1), (0, 1, 0)),
+}
+"""Axes of the space Camera of shading programs by kind of panorama, "" for none, in the camera's own axes."""
+_OF_PANORAMAS = ((0, 0, -1), (-1, 0, 0), (0, 1, 0))
+
+
+def space_from_camera(panorama: Panorama | None) -> NDArray[np.float64]:
+    """Matrix (4, 4) from a camera's own axes to the space that shading programs know as the camera's, as in Cycles.
+
+    The camera looks along +z there; a panoramic one along +x, with +z up, and a mirror ball along -y.
+    """
+    turned = np.eye(4)
+    turned[:3, :3] = _AXES.get("" if panorama is None else panorama.kind, _OF_PANORAMAS)
+    return turned
+
+
 @read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Camera:
@@ -124,6 +142,14 @@ class Camera:
             raise InvalidInputError(f"camera clips at {self.near:g} and {self.far:g}; expected 0 < near < far")
         if (self.kind == "panoramic") != (self.panorama is not None):
             raise InvalidInputError("a camera of kind 'panoramic' needs a panorama, and no other has one")
+
+    @property
+    def space_from_world(self) -> NDArray[np.float64]:
+        """Matrix (4, 4) from the world to the space Camera of shading programs.
+
+        Any inverse serves for a singular matrix, because making the camera's rays raises an error.
+        """
+        return np.asarray(space_from_camera(self.panorama) @ np.linalg.pinv(self.world_from_camera))
 
     def window(self, film: Film) -> tuple[float, ...]:
         """Width and height of the frame, the shift of its center in widths and heights, and 1 for a perspective.

@@ -8,6 +8,7 @@ from typing import Literal
 
 from spectral_core.checks import require_declared, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.scene.shading.program import Computed
 
 LOBES = ("Diffuse", "Glossy", "Transmission")
 """Lobes of the first surface; light of a medium before it is Volume."""
@@ -50,7 +51,8 @@ class Passes:
 
     ``names``: of ``PASSES``. ``aovs``: name and "VALUE" or "COLOR" of each output of materials. ``light_groups``: names
     of groups with a pass of their own. ``alpha_threshold``: surfaces of smaller coverage count as transparent.
-    ``levels``: ids per pixel in a cryptomatte.
+    ``levels``: ids per pixel in a cryptomatte. ``of_world``: values of AOVs, by name, where a ray meets the
+    environment, as three numbers of a program that may read the directions of a ``DrawnPattern``.
     """
 
     names: tuple[str, ...] = ()
@@ -59,6 +61,7 @@ class Passes:
     mist: Mist = field(default_factory=Mist)
     alpha_threshold: float = 0.5
     levels: int = 6
+    of_world: tuple[tuple[str, Computed], ...] = ()
 
     def __post_init__(self) -> None:
         require_declared(self)

@@ -44,10 +44,10 @@ def test_relight_keeps_the_recording(tmp_path: Path, capsys: Any) -> None:
 @pytest.mark.parametrize(
     ("given", "number", "expected"),
     [("x_####.png", 7, "x_0007.png"), ("x.exr", 7, "x_0007.exr"), ("a#b###.png", 12345, "a#b12345.png"),
-     ("x.####.png", 3, "x.0003.png")],
+     ("x.####.png", 3, "x.0003.png"), ("x_####.png", -2, "x_-0002.png"), ("x.png", -2, "x_-0002.png")],
 )  # fmt: skip
 def test_names_of_frames(given: str, number: int, expected: str) -> None:
-    """``x_####.png`` of a dial's path became ``x_####_0007.png``."""
+    """``x_####.png`` of a dial's path became ``x_####_0007.png``; the sign of a frame was one of its digits."""
     from spectral_core.cli.relight import _pictures
     from spectral_core.cli.shared.outputs import numbered
 

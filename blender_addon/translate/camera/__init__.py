@@ -9,7 +9,7 @@ import numpy as np
 
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene import Aperture, Camera, Film
-from spectral_core.scene.camera import GREATEST_VIEW_RAD, LEAST_VIEW_RAD
+from spectral_core.scene.camera import GREATEST_VIEW_RAD, LEAST_VIEW_RAD, space_from_camera
 
 from ..context import Translation
 from ..frames import NO_LENGTH, is_sheared, rigid
@@ -78,6 +78,19 @@ def axes_of(matrix: np.ndarray) -> np.ndarray:
     if np.linalg.det(matrix[:3, :3]) < 0:
         placed[:3, 1] *= -1
     return placed
+
+
+def space_from_world(camera: Any, render: Any) -> np.ndarray:
+    """Matrix (4, 4) from the world to the space Camera of nodes, of a camera object; without one of the world itself.
+
+    ``render``: the scene's render settings.
+    """
+    if camera is None:
+        return space_from_camera(None)
+    placed = axes_of(np.asarray(camera.matrix_world, dtype=np.float64))
+    is_panorama = camera.type == "CAMERA" and camera.data.type == "PANO"
+    shown = panorama_of(camera.data, render) if is_panorama else None
+    return np.asarray(space_from_camera(shown) @ np.linalg.pinv(placed))
 
 
 def _orthographic_scale(camera: Any) -> float:

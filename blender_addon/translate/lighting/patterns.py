@@ -13,6 +13,7 @@ import numpy as np
 
 from spectral_core.render.same import equal
 from spectral_core.scene import Color, Computed, DrawnPattern, Note, SunLight
+from spectral_core.scene.camera import space_from_camera
 from spectral_core.scene.shading import SENDS_RAYS, Program
 
 from ..camera import translate_film
@@ -129,8 +130,7 @@ def world_light(
     """
     reader = Reader(translation, world.name, on_surface=True, is_far=True, in_world=True)
     source = linked(input_of(output, "Surface"))
-    flip = np.diag([1.0, 1.0, -1.0, 1.0])
-    view: Array = np.asarray(flip @ np.linalg.pinv(np.eye(4) if camera is None else camera.world_from_camera))
+    view = space_from_camera(None) if camera is None else camera.space_from_world
     window = (1.0, 1.0, 0.0, 0.0, 1.0) if camera is None else camera.window(translate_film(translation.scene, 1, 0))
     radiance = shining(reader, input_of(output, "Surface")).program(3)
     heights = [image.pixels.shape[0] for image in reader.builder.images if id(image) not in reader.skies]

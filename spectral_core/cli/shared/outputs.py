@@ -38,12 +38,15 @@ def require_format(option: str, path: Path, contents: str, *endings: str) -> Non
 
 
 def numbered(path: Path, number: int) -> Path:
-    """The file of a frame: ``####`` in the name is the number, as in Blender; without it ``_0001`` ends the stem."""
+    """The file of a frame: ``####`` in the name is the number, as in Blender; without it ``_0001`` ends the stem.
+
+    The sign of a number below 0 is no digit: the names of a range are equally long up to it.
+    """
     holes = list(re.finditer("#+", path.stem))
-    if not holes:
-        return path.with_name(f"{path.stem}_{number:04d}{path.suffix}")
-    start, end = holes[-1].span()
-    return path.with_name(f"{path.stem[:start]}{number:0{end - start}d}{path.stem[end:]}{path.suffix}")
+    stem = path.stem if holes else f"{path.stem}_####"
+    start, end = holes[-1].span() if holes else (len(stem) - 4, len(stem))
+    digits = f"{'-' if number < 0 else ''}{abs(number):0{end - start}d}"
+    return path.with_name(f"{stem[:start]}{digits}{stem[end:]}{path.suffix}")
 
 
 def files_of_document(path: Path) -> list[Path]:

@@ -29,11 +29,15 @@ class LightSample:
 
 @dataclass
 class Met:
-    """Emission along a ray, by its origin: lamps, surfaces, environment."""
+    """Emission along a ray, by its origin: lamps, surfaces, environment.
+
+    ``behind_glass``: the environment that a transparent film omits behind smooth glass, None if it omits none there.
+    """
 
     lamps: Any
     emissive: Any
     world: Any
+    behind_glass: Any = None
 
 
 def either(which: Any, drawn: Drawn, other: Drawn) -> Drawn:

@@ -12,7 +12,7 @@ from spectral_core.checks import frozen_array, read_only_when_copied, require_ra
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.lens.camera_rays import camera_frame
 from spectral_core.scene import Aperture, Camera, Film, Panorama
-from spectral_core.scene.camera import PANORAMAS
+from spectral_core.scene.camera import PANORAMAS, space_from_camera
 
 Array = NDArray[np.float64]
 
@@ -92,8 +92,8 @@ class Viewpoint:
 
     @property
     def camera_from_world(self) -> Array:
-        """(4, 4) with +z forward, as shading programs know their camera."""
-        return np.asarray(np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(self.world_from_view))
+        """(4, 4) to the space that shading programs know as the camera's."""
+        return np.asarray(space_from_camera(self.panorama) @ np.linalg.inv(self.world_from_view))
 
     @property
     def window(self) -> tuple[float, ...]:

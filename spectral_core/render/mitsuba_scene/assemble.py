@@ -245,12 +245,9 @@ def _light_rules(rules: RayRules, item: Light | World, emitter: Any, bit: int) -
 
 
 def look_through(tables: SceneTables, camera: Camera, film: Film) -> None:
-    """Set the camera that shading programs read: its space has +z forward, as in Cycles."""
-    flip = np.diag([1.0, 1.0, -1.0, 1.0])
-    # any inverse serves for a singular camera matrix, because making its rays raises an error
-    camera_from_world = flip @ np.linalg.pinv(camera.world_from_camera)
+    """Set the camera that shading programs read."""
     window = camera.window(film)
-    tables.look_from(camera_from_world, window, window[0] / film.width)
+    tables.look_from(camera.space_from_world, window, window[0] / film.width)
 
 
 def size_note(radius: float) -> tuple[Note, ...]:

@@ -18,6 +18,7 @@ from spectral_core.render.passes import cryptomatte
 from spectral_core.render.passes.joined import OF_FIRST_SAMPLE
 from spectral_core.render.passes.lobe_colors import LobeColors
 from spectral_core.render.passes.subjects import Subjects
+from spectral_core.render.plugins.lamps.patterns import lamp_place
 from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.media import flight as flights
@@ -156,6 +157,7 @@ class DataPasses(LobeColors):
             rows = self._subjects.of_hit(rules, si, seen)
             counts = ~self._is_middle
             self._see_outputs(si, rows[1], reach, seen & ~done & counts)
+            self._see_background(si, ray.d, reach, walking & ~si.is_valid() & ~done & counts)
             # as in Cycles: a whole holdout has no data but AOVs, one that is transparent in part has all but colors
             ends = seen & (self._held_out(first_hit, si, bsdf, (passed, hole), seen) > 1.0 - 1e-5)
             shows = seen & ~ends
@@ -227,6 +229,16 @@ class DataPasses(LobeColors):
                 values = tuple(texture.eval_1(si, mine) * weight for texture in textures)
                 self._add(name, (*values, weight), mine)
 
+    def _see_background(self, si: Any, direction: Any, weight: Any, active: Any) -> None:
+        """Values of the environment for AOVs, behind surfaces that are not opaque enough."""
+        if not self._subjects.of_world:
+            return
+        place = lamp_place(direction, -direction, (-direction, self._mi.Float(self._dr.inf)), si)
+        place.dn_dv = si.dn_dv
+        for name, textures in self._subjects.of_world.items():
+            values = tuple(texture.eval_1(place, active) * weight for texture in textures)
+            self._add(name, (*values, weight), active)
+
     def _see_mist(self, si: Any, seen: Any, weight: Any) -> None:
         """Transmittance of the mist in front of the surface."""
         dr = self._dr
@@ -242,7 +254,8 @@ class DataPasses(LobeColors):
             )
         else:
             away = dr.norm(from_eye) * scale
-        share = dr.clip((away - self._number(mist.start)) / self._number(max(mist.depth, 1e-9)), 0.0, 1.0)
+        # a mist of depth 0 is nowhere, as in Cycles
+        share = dr.clip((away - self._number(mist.start)) * self._number(1 / mist.depth if mist.depth else 0), 0.0, 1.0)
         if mist.falloff == "QUADRATIC":
             share = share * share
         elif mist.falloff == "INVERSE_QUADRATIC":

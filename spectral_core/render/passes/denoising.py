@@ -20,6 +20,8 @@ from spectral_core.render.plugins.numbers import channel_mean
 from spectral_core.render.trace.first_hit import FirstHit
 from spectral_core.render.trace.media import flight as flights
 from spectral_core.render.trace.media.starts import at_start
+from spectral_core.scene import Rays
+from spectral_core.scene.camera import space_from_camera
 from spectral_core.scene.passes import DATA_PASSES, DENOISING
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
@@ -42,7 +44,8 @@ ROUGH_SHARE = 3
 @dataclass
 class _Lobes:
     """Albedo of a surface's rough lobes, of its mirrors and clear glass, and of its transparency; share of the draws
-    that are not transparent; whether the surface counts as rough; a direction of a lobe that is not rough.
+    that are not transparent; whether the surface counts as rough; a direction of a lobe that is not rough, whether it
+    is straight, and whether it leads straight or through smooth glass.
     """
 
     rough: Any
@@ -52,12 +55,14 @@ class _Lobes:
     is_rough: Any
     onward: Any
     onward_is_straight: Any
+    onward_is_clear: Any
 
 
 class DenoisingData(LobeColors):
     """Traces the denoising data of one loaded scene.
 
     ``integrator``: tells emission that the camera sees. ``unit``: the renderer's units per unit of the scene.
+    ``shows_background``: True if the albedo holds the environment behind a transparent film, too.
     """
 
     def __init__(
@@ -68,9 +73,11 @@ class DenoisingData(LobeColors):
         wanted: tuple[str, ...],
         integrator: Any,
         unit: float,
+        *,
+        shows_background: bool,
     ) -> None:
         super().__init__(mitsuba, *view, wavelengths, keep=False)
-        self._wanted, self._unit = wanted, unit
+        self._wanted, self._unit, self._shows_background = wanted, unit, shows_background
         self._integrator, self._sampled = integrator, integrator.sampled
         self._load_white()
 
@@ -104,9 +111,8 @@ class DenoisingData(LobeColors):
         """The means in linear sRGB, in the axes of the camera, and in units of the scene."""
         if self.plan is not None:
             albedo = albedo @ RGB_FROM_XYZ.T
-        right, up, ahead = self.frame.right, self.frame.up, -self.frame.back
-        # a panorama of Cycles looks along its x axis
-        axes = np.stack([right, up, ahead] if self.frame.camera.panorama is None else [ahead, -right, up], axis=1)
+        own = np.stack([self.frame.right, self.frame.up, self.frame.back], axis=1)
+        axes = own @ space_from_camera(self.frame.camera.panorama)[:3, :3].T
         found = {
             "Denoising Albedo": np.maximum(albedo, 0.0),
             "Denoising Normal": normal @ axes,
@@ -123,9 +129,12 @@ class DenoisingData(LobeColors):
         rules = first_hit.rules
         assert rules is not None, "a scene without tables has no surfaces"
         fills = rules.media
+        hides_world = first_hit.transparent and not self._shows_background
+        passes_glass = hides_world and self.film.transparent_glass
 
         def body(place: Any, shares: Any, fog: Any, state: Any, sums: Any) -> Any:
-            (origin, way, length), (clear, reach), (straight, layers, walking) = place, shares, state
+            (origin, way, length), (clear, reach, before), (kind, through, layers, walking) = place, shares, state
+            straight = kind == int(Rays.CAMERA)
             here = mi.Ray3f(ray)
             here.o, here.d, here.maxt = origin, way, length
             si, met, unseen, hole = first_hit.meet(here, origin, length, walking)
@@ -146,13 +155,18 @@ class DenoisingData(LobeColors):
             facing = mi.Vector3f(dr.select(dr.dot(si.sh_frame.n, way) > 0.0, -si.sh_frame.n, si.sh_frame.n))
             facing = dr.select(shows & dr.all(dr.isfinite(facing)), facing * (reach * surface.opaque), 0.0)
             albedo = dr.select(shows, self._measured(clear * self._white_at(si) * surface.rough), 0.0)
-            albedo += self._seen_light(si, here, clear, walking & ~unseen, straight & first_hit.transparent)
-            distance = dr.select(met & ~hole, channel_mean(dr, clear) * si.t, 0.0)
-            sums = tuple(before + more for before, more in zip(sums, (albedo, facing, distance), strict=True))
+            albedo += self._seen_light(si, here, (clear, kind), walking & ~unseen, through & hides_world)
+            # the way to a surface that the camera does not see counts with that to the next one
+            distance = dr.select(met & ~hole & ~unseen, channel_mean(dr, clear) * (before + si.t), 0.0)
+            before = dr.select(met & unseen, before + si.t, 0.0)
+            sums = tuple(sum_ + more for sum_, more in zip(sums, (albedo, facing, distance), strict=True))
             # behind a rough surface only what it lets through straight is left
             clear = dr.select(seen, clear * (surface.clear + dr.select(shows, 0.0, surface.sharp)), clear)
             reach = dr.select(shows, reach * (1.0 - surface.opaque), reach)
             turned = seen & ~shows & ~surface.onward_is_straight
+            through &= ~turned | (surface.onward_is_clear & passes_glass)
+            bent = dr.select(surface.onward.z * si.wi.z < 0.0, mi.UInt32(int(Rays.TRANSMISSION)), int(Rays.GLOSSY))
+            kind = dr.select(turned, bent, kind)
             out = dr.select(turned, si.to_world(surface.onward), way)
             onward = met & ~hole & (dr.max(clear) > 1e-4) & (layers + 1 < most)
             if fills is not None:
@@ -162,22 +176,25 @@ class DenoisingData(LobeColors):
                 dr.select(onward, out, way),
                 dr.select(turned, dr.inf, length - si.t),
             )
-            return place, (clear, reach), fog, (straight & ~turned, layers + 1, onward), sums
+            return place, (clear, reach, before), fog, (kind, through, layers + 1, onward), sums
 
         fog = at_start(rules, first_hit.scene, ray, ray.maxt > 0.0)
         start = (
             (mi.Point3f(ray.o), mi.Vector3f(ray.d), mi.Float(ray.maxt)),
-            (mi.Spectrum(1.0), mi.Float(1.0)),
+            (mi.Spectrum(1.0), mi.Float(1.0), mi.Float(0.0)),
             fog,
-            (mi.Bool(True), mi.UInt32(0), ray.maxt > 0.0),
+            (mi.UInt32(int(Rays.CAMERA)), mi.Bool(True), mi.UInt32(0), ray.maxt > 0.0),
             (mi.Color3f(0.0), mi.Vector3f(0.0), mi.Float(0.0)),
         )
-        return tuple(dr.while_loop(start, lambda *parts: parts[3][2], body)[-1])
+        return tuple(dr.while_loop(start, lambda *parts: parts[3][3], body)[-1])
 
-    def _seen_light(self, si: Any, ray: Any, clear: Any, active: Any, hides_world: Any) -> Any:
-        """Color of lamps, emission and the environment along a ray."""
-        dr, integrator = self._dr, self._integrator
-        light = integrator.arrived(si, integrator.begin(ray, active), active)
+    def _seen_light(self, si: Any, ray: Any, shares: tuple[Any, Any], active: Any, hides_world: Any) -> Any:
+        """Color of lamps, emission and the environment along a ray. ``shares``: what is left of it, and its type."""
+        dr, integrator, (clear, kind) = self._dr, self._integrator, shares
+        path = integrator.begin(ray, active)
+        path.kind, path.clear = kind, type(active)(False)  # ``hides_world`` removes what a transparent film omits
+        path.depth = dr.select(kind == int(Rays.CAMERA), type(kind)(0), 1)  # mirrors show lamps that a camera does not
+        light = integrator.arrived(si, path, active)
         light -= dr.select(hides_world, integrator.met.world, 0.0)
         integrator.met = integrator.seen_world = None
         shown = clear * dr.select(dr.isfinite(light), light, 0.0)
@@ -190,7 +207,7 @@ class DenoisingData(LobeColors):
         first, choice = _fraction(dr, picks.x + turn), _fraction(dr, picks.y + turn)
 
         def body(
-            k: Any, rough: Any, sharp: Any, clear: Any, counts: Any, way: Any, is_straight: Any, choice: Any
+            k: Any, rough: Any, sharp: Any, clear: Any, counts: Any, way: Any, kept: Any, choice: Any
         ) -> tuple[Any, ...]:
             pick = dr.minimum((mi.Float(k) + first) / DRAWS, 1.0 - 1e-6)
             shift = mi.Float(k) * 0.754878, mi.Float(k) * 0.569840
@@ -216,17 +233,20 @@ class DenoisingData(LobeColors):
             scaled = dr.select(takes, choice * number, (choice * number - 1.0) / dr.maximum(number - 1.0, 1.0))
             choice = dr.select(mirrors | passes, dr.clip(scaled, 0.0, 1.0), choice)
             way = dr.select(takes, pair[0][0].wo, way)
-            return k + 1, rough, sharp, clear, counts, way, dr.select(takes, passes, is_straight), choice
+            kinds = passes, passes | mi.has_flag(pair[0][0].sampled_type, mi.BSDFFlags.DeltaTransmission)
+            kept = tuple(dr.select(takes, kind, before) for kind, before in zip(kinds, kept, strict=True))
+            return k + 1, rough, sharp, clear, counts, way, kept, choice
 
         black = mi.Spectrum(0.0)
+        straight = mi.Bool(True), mi.Bool(True)
         start = (
-            mi.UInt32(0), black, mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Vector3f(0.0), -si.wi, mi.Bool(True), choice,
+            mi.UInt32(0), black, mi.Spectrum(0.0), mi.Spectrum(0.0), mi.Vector3f(0.0), -si.wi, straight, choice,
         )  # fmt: skip
         last = dr.opaque(mi.UInt32, DRAWS)
-        _, rough, sharp, clear, counts, way, is_straight, _ = dr.while_loop(start, lambda k, *_: k < last, body)
+        _, rough, sharp, clear, counts, way, kept, _ = dr.while_loop(start, lambda k, *_: k < last, body)
         opaque = counts.x + counts.y
         share = opaque / dr.maximum(opaque + counts.z, 1.0)
-        return _Lobes(rough, sharp, clear, share, counts.x * ROUGH_SHARE > opaque, way, is_straight)
+        return _Lobes(rough, sharp, clear, share, counts.x * ROUGH_SHARE > opaque, way, *kept)
 
     def _is_sharp(self, si: Any, one: Any, other: Any, place: Any) -> Any:
         """True if two directions, drawn at ``place`` and opposite to it, belong to a mirror or clear glass.

@@ -118,8 +118,10 @@ def _first_hits(job: RenderJob, wanted: Passes, light_samples: int) -> dict[str,
         )
         found |= tracer.trace(job.loaded.first_hit)
     if wanted.denoising:
-        integrator = job.loaded.integrator
-        guides = DenoisingData(job.mitsuba, view, job.loaded.wavelengths, wanted.denoising, integrator, job.unit)
+        guides = DenoisingData(
+            job.mitsuba, view, job.loaded.wavelengths, wanted.denoising, job.loaded.integrator, job.unit,
+            shows_background="Environment" in wanted.names,
+        )  # fmt: skip
         found |= guides.trace(job.loaded.first_hit)
     return found
 

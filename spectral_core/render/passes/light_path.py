@@ -141,6 +141,8 @@ def light_pass_class(variant: str) -> Any:
             of = lambda part: self.clamped(path.throughput * part, indirect)  # noqa: E731
             self.book(LIGHT_ROWS["Emission"], of(self.met.lamps + self.met.emissive), first)
             self.book(LIGHT_ROWS["Environment"], of(self.met.world), first)
+            if self.met.behind_glass is not None:  # what the picture omits there, as in front of glass
+                self.book(LIGHT_ROWS["Environment"], of(self.met.behind_glass), active & (path.depth > 0))
             self.book_lobes(of(value), "Direct", self.parts, active & (path.depth == 1))
             self.book_lobes(of(value), "Indirect", self.parts, active & indirect)
             for row, _ in enumerate(self.groups):

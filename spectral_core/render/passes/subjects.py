@@ -46,7 +46,11 @@ class Subjects:
         self.has_uv = table(mitsuba.Float, [0.0, *has_uv])
         self.outputs = _outputs(context, scene, wanted)
         """By AOV: the material's row and three textures of numbers."""
-        if any(self.outputs.values()):
+        shows_world = not scene.film.transparent or "Environment" in wanted.names  # as in Cycles
+        of_world = {name: _numbers(context, value) for name, value in wanted.of_world if shows_world}
+        self.of_world = {name: textures for name, textures in of_world.items() if textures is not None}
+        """By AOV: three textures of numbers where rays meet the environment."""
+        if any(self.outputs.values()) or self.of_world:
             context.tables.rebuild()  # writes the data on objects that the programs of the AOVs read
 
     def _rows(self, shapes: list[tuple[Any, int]]) -> Any:

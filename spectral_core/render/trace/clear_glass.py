@@ -12,11 +12,14 @@ from spectral_core.scene import Rays
 
 
 def through_glass(met: Any, si: Any, path: Any, active: Any, *, counts: bool) -> None:
-    """Remove the environment behind smooth glass from a ray's light; ``counts``: add its share to ``through``."""
+    """Move the environment behind smooth glass from a ray's light to ``behind_glass``; ``counts``: add its share to
+    ``through``.
+    """
     import drjit as dr
     import mitsuba as mi
 
     gone = active & ~si.is_valid() & path.clear & (path.depth > 0)
+    met.behind_glass = dr.select(gone, met.world, 0.0)
     met.world = dr.select(gone, mi.Spectrum(0.0), met.world)
     if counts:
         path.through = dr.select(gone, path.through + channel_mean(dr, path.throughput), path.through)

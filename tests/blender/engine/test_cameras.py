@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from spectral_core.errors import InvalidInputError
@@ -59,3 +60,25 @@ def test_an_orthographic_scale_of_0_is_refused_with_what_to_do(build, translate)
         translate()
     lens.type = "PERSP"
     assert translate().camera.kind == "perspective"
+
+
+@pytest.mark.parametrize("kind", ["EQUIRECTANGULAR", "MIRRORBALL"])
+def test_nodes_know_the_space_of_a_panorama(build, tmp_path, kind):
+    """It was that of a perspective camera, and the depth had no sign: colors were off by more than their size."""
+    from tests.blender import cycles
+
+    material = build.material(shader="ShaderNodeEmission")
+    tree = material.node_tree
+    added = tree.nodes.new("ShaderNodeVectorMath")
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Camera"], added.inputs[0])
+    tree.links.new(tree.nodes.new("ShaderNodeCameraData").outputs["View Z Depth"], added.inputs[1])
+    tree.links.new(added.outputs[0], tree.nodes["shader"].inputs["Color"])
+    build.plane(size=9.0, material=material).location.z = 0.5
+    camera = build.camera((0.3, 0.2, 2.0))
+    camera.rotation_euler, camera.data.type = (0.4, 0.2, 0), "PANO"
+    owner = camera.data if hasattr(camera.data, "panorama_type") else camera.data.cycles
+    owner.panorama_type = kind
+    cycles.settings(16, 24)
+    theirs, (ours, notes) = cycles.cycles(tmp_path), cycles.ours(16)
+    assert np.abs(ours - theirs).mean() < 0.08 * np.abs(theirs).mean()  # edges
+    assert not notes

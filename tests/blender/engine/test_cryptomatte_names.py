@@ -25,7 +25,7 @@ def manifests(build, translate):
     build.plane("Other", material=build.material("m é", "ShaderNodeEmission"))
     scene = translate()
     wanted = replace(scene.settings, passes=Passes(("CryptoObject", "CryptoMaterial")))
-    entries = cryptomatte_header(replace(scene, settings=wanted), "ViewLayer")
+    entries = cryptomatte_header(replace(scene, settings=wanted), bpy.context.evaluated_depsgraph_get())
     return {entries[key.replace("manifest", "name")]: text for key, text in entries.items() if "manifest" in key}
 
 
@@ -71,3 +71,29 @@ def test_hair_and_points_have_the_names_of_their_objects(build, translate):
     strands = {mesh.name for mesh in scene.meshes if mesh.is_strands}
     found = sorted((item.shown_as, item.asset) for item in scene.instances if item.mesh in strands)
     assert found == [("Curves", "Curves"), ("Curves", "Curves"), ("Owner", "Parent")]
+
+
+def test_lamps_the_world_and_overridden_materials_are_listed(build, translate):
+    """Cycles lists them, so that a name can be chosen before it is in the picture."""
+    from blender_addon import compat
+    from blender_addon.translate.passes import cryptomatte_header
+
+    plain, lamp = build.plane(material=build.material("Paint", "ShaderNodeEmission")), build.light("SUN")
+    lamp.name, lamp.data.name, lamp.parent = "Key", "Key data", plain
+    compat.use_nodes(lamp.data)
+    build.light("POINT").hide_render = True
+    bpy.context.scene.world = bpy.data.worlds.new("Day")
+    bpy.context.view_layer.material_override = build.material("Clay", "ShaderNodeEmission")
+    scene, kinds = translate(), ("CryptoObject", "CryptoMaterial", "CryptoAsset")
+    scene = replace(scene, settings=replace(scene.settings, passes=Passes(kinds)))
+    entries = cryptomatte_header(scene, bpy.context.evaluated_depsgraph_get())
+    found = {
+        entries[key.replace("manifest", "name")]: set(json.loads(text))
+        for key, text in entries.items()
+        if "manif" in key
+    }
+    assert found == {
+        "ViewLayer.CryptoObject": {"Plane", "Key"},
+        "ViewLayer.CryptoMaterial": {"Clay", "Paint", "Key data"},
+        "ViewLayer.CryptoAsset": {"Plane", "Day"},
+    }

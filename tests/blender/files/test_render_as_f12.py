@@ -95,3 +95,9 @@ def test_the_report_names_the_passes_of_every_view_layer(scene, render):
     scene.view_layers[0].use_pass_position = True
     scene.view_layers.new("Last").use_pass_object_index = True
     assert render("--multilayer")["frames"][0]["passes"] == ["Position", "Object Index"]
+
+
+def test_the_report_names_passes_that_are_in_the_file_alone(scene, render):
+    """It named those that the view layer has ticked, beside a picture that holds none."""
+    scene.view_layers[0].use_pass_position = True
+    assert render()["frames"][0]["passes"] == []

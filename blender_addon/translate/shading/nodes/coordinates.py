@@ -9,6 +9,7 @@ import numpy as np
 
 from spectral_core.scene.shading.geometry import FILTER_WIDTH, shifted_by
 
+from ...camera import space_from_world
 from ...meshes.measures import READ
 from ...meshes.triangles import OF_CYCLES, OF_UV_MAP
 from ...questions import distance_of_world
@@ -35,6 +36,8 @@ def _coordinates(reader: Reader, output: Output) -> Any:
     if output.node.from_instancer and name in ("Generated", "UV"):
         return reader.point(f"object_attribute:INSTANCE:{name}")
     if name in ("Generated", "UV", "Window"):
+        if name == "Window":
+            _note_window(reader)
         return reader.point(name.lower())
     if name == "Normal":
         # Bump follows the interpolated normals of a smooth-shaded mesh, as in Cycles
@@ -54,6 +57,19 @@ def _coordinates(reader: Reader, output: Output) -> Any:
     inverse = np.linalg.inv(matrix)
     turned = reader.emit("affine", reader.point("position"), *inverse[:3, :3])
     return reader.emit("vector_math", turned, inverse[:3, 3], 0.0, 0.0, settings=("ADD",))
+
+
+def _note_window(reader: Reader) -> None:
+    """Note cameras whose Window coordinates are those of no frame, or of one place in it."""
+    camera = reader.translation.scene.camera
+    kind = camera.data.type if camera is not None and camera.type == "CAMERA" else ""
+    if kind == "PANO":
+        reader.note("Window coordinates are not those of the panorama's picture, as they are in Cycles; use Camera")
+    elif kind == "ORTHO" and reader.in_world:
+        reader.note(
+            "an orthographic camera sees one place of its Window coordinates, and in Cycles the whole frame; put the "
+            "pattern on a plane behind the scene"
+        )
 
 
 @evaluator("UVMAP")
@@ -110,12 +126,12 @@ def _camera_data(reader: Reader, output: Output) -> Any:
     place = reader.emit("transformed", position, settings=("POINT", "WORLD", "CAMERA"))
     camera = reader.translation.scene.camera
     if reader.in_world and camera is not None:  # Cycles takes the direction for a point here
-        moved = np.linalg.pinv(np.array(camera.matrix_world, dtype=np.float64))[:3, 3] * (1.0, 1.0, -1.0)
+        moved = space_from_world(camera, reader.translation.render)[:3, 3]
         place = reader.emit("vector_math", place, moved, 0.0, 0.0, settings=("ADD",))
     if output.socket.name == "View Vector":
         return reader.emit("normalize", place)
     if output.socket.name == "View Z Depth":
-        return reader.emit("math", reader.emit("component", place, settings=(2,)), 0.0, 0.0, settings=("ABSOLUTE",))
+        return reader.emit("component", place, settings=(2,))
     return reader.emit("vector_number", place, place, settings=("LENGTH",))
 
 
