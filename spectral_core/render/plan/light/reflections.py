@@ -19,7 +19,6 @@ from spectral_core.render.plan.light.sources import (
     lamps_of,
     least_distances,
     radiances,
-    strength_of,
 )
 from spectral_core.scene import (
     Color,
@@ -133,13 +132,12 @@ def direct_radiance(scene: Scene, materials: list[Material], reflectance: float)
     boxes = placed_boxes(scene.meshes, scene.instances)
     corners = np.concatenate(boxes) if boxes else np.zeros((0, 3))
     meshes = {mesh.name: mesh for mesh in scene.meshes}
-    lights = tuple(sorted(scene.lights, key=lambda light: -strength_of(light)))
-    lamps = lamps_of(lights)
+    lamps = lamps_of(scene.lights)
     found += lamps.suns
     if len(corners) and len(lamps.centers):
         near = least_distances(lamps.centers, boxes)
-        for number, center in enumerate(lamps.centers[:MOST_LAMPS]):
-            near[number] = _nearest(scene, meshes, boxes, center)
+        for number in np.argsort(-lamps.intensities, kind="stable")[:MOST_LAMPS]:
+            near[number] = _nearest(scene, meshes, boxes, lamps.centers[number])
         reach = np.ones(len(near))
         for number in np.flatnonzero(lamps.powers):  # the others have the same intensity at any distance
             reach[number] = np.linalg.norm(corners - lamps.centers[number], axis=1).max()

@@ -52,7 +52,7 @@ class Lamps:
         return np.asarray(self.intensities * np.maximum(1.0, distances) ** self.powers)
 
 
-@lru_cache(4)
+@lru_cache(1)
 def lamps_of(lights: tuple[Light, ...]) -> Lamps:
     """The lamps of a scene; an edit of anything else leaves its lights the same tuple."""
     shining = [light for light in lights if strength_of(light) > 0]  # the others are dark, whatever their pattern
