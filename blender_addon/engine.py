@@ -24,7 +24,7 @@ from .translate.camera import axes_of
 from .translate.camera.motion import with_motion
 from .translate.passes import cryptomatte_header, fill_passes, pass_notes, passes_of, rendered_passes, slots_of
 from .translate.scene import translate_scene
-from .translate.viewport.look import look_of, notes_of, preview_scene
+from .translate.viewport.look import exposure_of_display, look_of, notes_of, preview_scene
 from .viewport import Viewport, shown_from_rgb, working_from_rgb
 
 SHOWN_NOTES = 5
@@ -162,6 +162,8 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
         look = look_of(depsgraph.scene.spectral.viewport.look, depsgraph.scene, depsgraph.view_layer)
         if not look.is_plain:
             scene = look.on(replace(scene, notes=(*scene.notes, *notes_of(look))))
+        exposure = exposure_of_display(depsgraph.scene, look)
+        scene = replace(scene, settings=replace(scene.settings, display_exposure=exposure))
         translated = jobs.current_request().translated
         return scene if translated is None else translated(scene), shown_from_rgb(look.picture_matrix)
 

@@ -49,7 +49,8 @@ def run(arguments: argparse.Namespace) -> int:
     for note in notes:
         print(f"note: {note}")
     if arguments.json:
-        print_json({"plan": plan.as_rows(), "tolerance": plan.tolerance_delta_e, "notes": notes})
+        figures = {"tolerance": plan.tolerance_delta_e, "accepted": plan.accepted, "pilot_paths": plan.pilot_paths}
+        print_json({"plan": plan.as_rows(), **figures, "notes": notes})
     return 0
 
 

@@ -223,9 +223,9 @@ class RenderJob:
         return self._loaded.lights or self._loaded.chosen or MitsubaLights(self._mitsuba, self._loaded.scene)
 
     def chosen_pixels(self) -> ChosenPixels:
-        """Tracer for chosen pixels, with all lights."""
+        """Tracer for chosen pixels, with all lights; their colors are those that a display shows."""
         integrator = next(iter(self._integrators.values()))
-        view = (self.scene.camera, self.scene.film)
+        view = (self.scene.camera, self.scene.displayed_film)
         return ChosenPixels(self._mitsuba, view, self._wavelengths, self._first_hit, integrator)
 
     def guides(self) -> Guides | None:

@@ -75,6 +75,7 @@ def render_moving(
     """Render a scene with moments; ``render`` renders one moment, ``plan`` plans one."""
     notes: list[Note] = []
     settings, asked, start = scene.settings, is_asked(scene.settings), time.perf_counter()
+    shown = settings.display_exposure
     if settings.denoise:
         settings = replace(settings, denoise=False)
         notes.append(Note("Denoising", "a picture with motion blur is not denoised"))
@@ -82,7 +83,7 @@ def render_moving(
     state = _Round(0, start, plan=together)
     made, parts = _rendered(replace(scene, settings=settings), state, render, on_progress, should_stop)
     while settings.target_error is not None and made.status == "done" and state.number < _MOST_ROUNDS - 1:
-        error, limit = _error(made, parts), _limit(made, settings.target_error)
+        error, limit = _error(made, parts, shown), _limit(made, settings.target_error, shown)
         if error <= limit:
             break
         # two pictures with weights by their squared errors
@@ -92,7 +93,7 @@ def render_moving(
         if again.status == "cancelled":
             made = replace(made, status="cancelled")  # the moments have unequal parts of this round
             break
-        share = error**2 / (error**2 + _error(again, others) ** 2)
+        share = error**2 / (error**2 + _error(again, others, shown) ** 2)
         made = _joined(made, (1 - share, share), again)
         parts += others
     if any(name in OF_FIRST_SAMPLE or name.startswith(CRYPTOMATTES) for name in made.passes):
@@ -156,25 +157,25 @@ def _rendered(
     return made, parts
 
 
-def _error(made: Any, parts: list[Any]) -> float:
+def _error(made: Any, parts: list[Any], shown: float) -> float:
     """ΔE2000 of the mean of moments: by its noise, times what each moment's estimate adds to that of its own noise."""
-    own = sum(float(_pixel_errors(part).mean()) ** 2 for part in parts)
+    own = sum(float(_pixel_errors(part, shown).mean()) ** 2 for part in parts)
     told = sum(part.outcome.delta_e**2 for part in parts)
     if own <= 0:
         return float(np.sqrt(told)) / len(parts)
-    return float(_pixel_errors(made).mean() * np.sqrt(told / own))
+    return float(_pixel_errors(made, shown).mean() * np.sqrt(told / own))
 
 
-def _limit(made: Any, wanted: float) -> float:
+def _limit(made: Any, wanted: float, shown: float) -> float:
     """The error to estimate, so that the true one of this picture is ``wanted``: it varies by chance."""
-    return wanted / (1 + scatter(_pixel_errors(made)))
+    return wanted / (1 + scatter(_pixel_errors(made, shown)))
 
 
-def _pixel_errors(made: Any) -> NDArray[np.float64]:
-    """ΔE2000 (n,) of each pixel by the difference of the halves."""
+def _pixel_errors(made: Any, shown: float) -> NDArray[np.float64]:
+    """ΔE2000 (n,) of each pixel by the difference of the halves; ``shown``: exposure of the display."""
     mean = made.pixels[..., :3].reshape(-1, 3).astype(np.float64)
     away = made.noise_pixels.reshape(-1, 3).astype(np.float64)
-    return pixel_errors(mean + away, mean - away)
+    return pixel_errors(shown * (mean + away), shown * (mean - away))
 
 
 def _of_moment(settings: RenderSettings, moments: int, left: int, spent_s: float, factor: float) -> RenderSettings:
@@ -198,7 +199,7 @@ def _with_outcome(made: Any, parts: list[Any], scene: Scene, seconds: float) -> 
     if said is None or any(each is None for each in found):
         return made
     moments, settings = len(scene.moments), scene.settings
-    error = _error(made, parts)
+    error = _error(made, parts, scene.settings.display_exposure)
     spread = float(np.sqrt(sum(each.spread**2 for each in found))) / len(found)
     samples = float(sum(each.samples for each in found))
     reached = error <= settings.target_error if settings.target_error is not None else all(e.reached for e in found)

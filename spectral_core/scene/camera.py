@@ -17,6 +17,8 @@ LEAST_VIEW_RAD = 1e-7
 """Least field of view: 24 bits tell the directions of its pixels apart no more below this."""
 GREATEST_VIEW_RAD = np.pi - 1e-4
 """Greatest field of view of a flat picture."""
+MOST_EXPOSURE = 1e30
+"""Greatest factor on the radiance of a picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +197,7 @@ class Film:
         object.__setattr__(self, "seed", require_whole("seed", self.seed, -(1 << 63), (1 << 63) - 1))
         require_range("pixel_aspect", self.pixel_aspect, 1e-6, 1e6)
         require_range("filter_width", self.filter_width, 1e-6, 1e3, " pixels")
-        require_range("exposure", self.exposure, 0.0, 1e30)
+        require_range("exposure", self.exposure, 0.0, MOST_EXPOSURE)
         if self.crop is not None:
             sides = tuple(require_whole("a number of the crop", side, 0, 65536, " pixels") for side in self.crop)
             if len(sides) != 4:

@@ -13,7 +13,7 @@ import numpy as np
 
 from spectral_core.checks import require_declared, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.scene.camera import Camera, Film
+from spectral_core.scene.camera import MOST_EXPOSURE, Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
 from spectral_core.scene.motion import Moment, displaced, merged
@@ -67,6 +67,8 @@ class RenderSettings:
     ``target_error`` (mean ΔE2000 of the picture's noise) or ``time_budget_s``: goal of sampling in place of a number of
     samples.
     ``denoise``: True to denoise the finished picture. ``passes``: passes beside the picture, None for none.
+    ``display_exposure``: factor with which a display brightens the picture, as Blender's view does; color errors are
+    those of the picture that is seen, whose pixels do not have this factor.
     """
 
     transport: Literal["rgb", "spectral"] | None = None
@@ -81,9 +83,11 @@ class RenderSettings:
     time_budget_s: float | None = None
     denoise: bool = False
     passes: Passes | None = None
+    display_exposure: float = field(default=1.0, metadata={"hashed": False})
 
     def __post_init__(self) -> None:
         require_declared(self)
+        require_range("display_exposure", self.display_exposure, 1e-20, 1e20)
         require_range("tolerance_delta_e", self.tolerance_delta_e, 0.0, 1e9)
         if self.transport not in (None, "rgb", "spectral"):
             raise UnknownNameError.among("transport", str(self.transport), ("rgb", "spectral"))
@@ -117,6 +121,18 @@ class Scene:
     settings: RenderSettings = field(default_factory=RenderSettings)
     notes: tuple[Note, ...] = ()
     moments: tuple[Moment, ...] = ()
+
+    @property
+    def displayed_film(self) -> Film:
+        """The film with the exposure of the picture that is seen, by which color errors are computed."""
+        exposure = min(self.film.exposure * self.settings.display_exposure, MOST_EXPOSURE)
+        return self.film if exposure == self.film.exposure else dataclasses.replace(self.film, exposure=exposure)
+
+    @property
+    def undisplayed(self) -> float:
+        """Factor from the colors of ``displayed_film`` to those of the picture."""
+        displayed = self.displayed_film.exposure
+        return self.film.exposure / displayed if displayed > 0 else 1.0
 
     def at(self, moment: Moment) -> Scene:
         """The scene at one of its moments."""
@@ -185,7 +201,8 @@ def _feed(digest: Any, item: Any) -> None:
     elif dataclasses.is_dataclass(item):
         digest.update(f"d{type(item).__name__}".encode())
         for entry in dataclasses.fields(item):
-            _feed(digest, getattr(item, entry.name))
+            if entry.metadata.get("hashed", True):  # the rest does not change what a picture shows
+                _feed(digest, getattr(item, entry.name))
     elif isinstance(item, dict):
         _feed(digest, sorted(item.items()))
     elif isinstance(item, (tuple, list)):

@@ -218,3 +218,9 @@ def test_record_says_which_view_layers_are_left_out(stage, layers, capfd):
     show(layers["Far"])
     bpy.ops.spectral.dial_check()
     assert stage.spectral.dial.changes == ""
+
+
+@pytest.mark.parametrize("read", [by_button, by_command])
+def test_the_scene_has_the_exposure_with_which_it_is_seen(stage, read):
+    stage.view_settings.exposure, stage.spectral.viewport.look.exposure = 3.0, -1.0
+    assert read(stage).settings.display_exposure == pytest.approx(4.0)

@@ -32,8 +32,8 @@ FORM = "the rendered form of object "
 """Beginning of the name of a part with settings of an object that only renders use."""
 OF_LIMITS = ("light_paths", "scene_bounces", "max_bounces")
 """Settings of a render that are limits of light paths."""
-NOISE = ("samples", "seed", "denoise", "target_error", "time_budget_s", "variant", "passes")
-"""Settings of noise, of speed, and of the pictures beside the picture."""
+NOISE = ("samples", "seed", "denoise", "target_error", "time_budget_s", "variant", "passes", "display_exposure")
+"""Settings of noise, of speed, of the display, and of the pictures beside the picture."""
 SIZE = ("width", "height")
 """Settings of the film that are a part of their own."""
 OF_THE_INTERFACE = ("show_expanded", "is_active", "use_pin_to_last", "trail_count")

@@ -13,6 +13,8 @@ from spectral_core.spectra.spectrum import Spectrum
 
 from ..spectra import catalogue, stored
 
+MOST_STOPS = 64.0
+"""Greatest exposure of a view and a look together; Blender limits each to half of it."""
 PREVIEW_SAMPLES = 16
 """Samples per pixel of a preview: an icon is small, and a panel's picture is shown briefly."""
 
@@ -91,6 +93,12 @@ def _with_backgrounds(scene: Any) -> list[Any]:
     while found[-1].background_set is not None:
         found.append(found[-1].background_set)
     return found
+
+
+def exposure_of_display(scene: Any, look: Look) -> float:
+    """Factor with which the radiance of a picture is seen: the exposure of the scene's view, and that of its look."""
+    stops = float(scene.view_settings.exposure) + look.exposure_stops
+    return float(2.0 ** min(max(stops, -MOST_STOPS), MOST_STOPS))
 
 
 def notes_of(look: Look) -> tuple[Note, ...]:

@@ -105,8 +105,8 @@ class AdaptivePicture:
         self._probe = probe
         self._tracer = job.chosen_pixels()
         self.film = job.scene.film
-        width, height = self.film.size
-        self.size = (width, height)
+        self._undisplayed = job.scene.undisplayed  # the colors that are compared are those that a display shows
+        self.size = width, height = self.film.size
         pixels = width * height
         self._sums = np.zeros((1, 2, pixels, 3))
         self._covered = np.zeros(pixels)
@@ -276,14 +276,14 @@ class AdaptivePicture:
         width, height = self.size
         total = np.maximum(2 * self.counts, 1)
         pixels = np.empty((len(total), 4), np.float32)
-        pixels[:, :3] = self._sums.sum(axis=(0, 1)) / total[:, None]
+        pixels[:, :3] = self._sums.sum(axis=(0, 1)) * self._undisplayed / total[:, None]
         pixels[:, 3] = np.maximum(self._covered / total, 0.0)
         return pixels.reshape(height, width, 4)
 
     def noise_picture(self) -> NDArray[np.float32]:
         """(height, width, 3) half the difference of the halves so far."""
         first, second = self.halves()
-        return ((first - second) / 2).astype(np.float32).reshape(*self.size[::-1], 3)
+        return ((first - second) * self._undisplayed / 2).astype(np.float32).reshape(*self.size[::-1], 3)
 
     def band_picture(self) -> NDArray[np.float32] | None:
         """(height, width, n_bands) radiance per nm so far, None if none is measured."""

@@ -34,6 +34,10 @@ LEAST_SHARE = 0.1
 
 COMMON, RARE = 1.15, 1.65
 """Error over that of the halves up to which light is common, and from which on it is rare."""
+UNEVEN, MISSED = 0.4, 0.7
+"""The same of the place of an early error between that of its halves, 0, and that of their pooled noise, 1: up to the
+first neighbors only differ in noise, from the second on they miss the same light.
+"""
 LOCAL, IN_BLOCK = 1.5, 2.0
 """Factors of the two correlations of ``Wide``: the noise of a neighborhood counts by 1 minus such a multiple."""
 
@@ -135,6 +139,9 @@ def told_by_later(now: Told, early: Told, seen: float, share: float) -> float:
     more = after(seen / max(early.own, 1e-9))
     most = now.pooled * after(seen / max(early.pooled, 1e-9))
     rare = min(max((more - COMMON) / (RARE - COMMON), 0.0), 1.0)
+    # common noise may fall faster than that of rare light: so counts where between the two the early error was, too
+    place = (seen - early.own) / max(early.pooled - early.own, 1e-9)
+    rare = max(rare, min(max((place - UNEVEN) / (MISSED - UNEVEN), 0.0), 1.0))
     return min(most, max(now.own * more, now.own + rare * (most - now.own)))
 
 

@@ -23,9 +23,9 @@ from spectral_core.render.cost.probe import Probe
 from spectral_core.render.cost.softened import narrow_cones, softened
 from spectral_core.render.cost.work import Meter
 from spectral_core.render.job import RenderJob
-from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import EffectPlan
 from spectral_core.render.plan.inventory import is_sharp, shown_materials
+from spectral_core.render.plan.light.sources import radiances
 from spectral_core.scene import Material, Scene, leaves
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb, luminance_from_linear_rgb
 
@@ -90,10 +90,10 @@ def _limit(scene: Scene, materials: list[Material], probe: Probe) -> tuple[float
     """Mean ΔE2000 of the light over glass and mirrors that all paths of the probe may have missed, and its name."""
     if not any(is_sharp(leaf) for material in materials for leaf in leaves(material.surface)):
         return 0.0, ""
-    brightest, name = max(bounds.radiances(scene, materials), default=(0.0, ""))
+    brightest, name = max(radiances(scene, materials), default=(0.0, ""))
     most = scene.settings.light_paths.clamp_indirect
     brightest = min(brightest, most) if most > 0 else brightest
-    radiance = 3.0 / (2 * probe.samples * len(probe.pixels)) * brightest * scene.film.exposure
+    radiance = 3.0 / (2 * probe.samples * len(probe.pixels)) * brightest * scene.displayed_film.exposure
     seen = probe.halves().mean(axis=0)
     return float(np.mean(_apart(seen + radiance, seen))), OVER_GLASS.format(name)
 

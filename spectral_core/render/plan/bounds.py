@@ -6,35 +6,16 @@ Errors are ΔE2000 relative to a white of radiance 1 (after the film's exposure)
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.lens.aperture import width_of_lens
 from spectral_core.render.lens.in_view import pixels_per_unit, points_in_view
-from spectral_core.render.mitsuba_scene.light import spread_of
-from spectral_core.render.mitsuba_scene.radiometry import (
-    intensity_of_point,
-    radiance_of_ball,
-    radiance_of_panel,
-    radiance_of_sun,
-)
-from spectral_core.render.plan.light.sizes import largest_light, largest_size, paint_parts
-from spectral_core.scene import (
-    AreaLight,
-    Instance,
-    Light,
-    Material,
-    Mesh,
-    PointLight,
-    ScatteringMedium,
-    Scene,
-    SpotLight,
-    SunLight,
-    emissions_of,
-    leaves,
-)
+from spectral_core.render.plan.light.sizes import largest_light, largest_size
+from spectral_core.render.plan.light.sources import AT_ONCE, Sources, lamps_of, least_distances, sources_of
+from spectral_core.scene import Instance, Material, PointLight, ScatteringMedium, Scene, SpotLight, leaves
 from spectral_core.scene.geometry import box_of, placed, placed_boxes
 from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
 from spectral_core.spectra.spectrum import Spectrum
@@ -46,6 +27,8 @@ EDGE_CURVATURE = 6.2
 """ΔE2000 at the sharpest edge for a blur of c pixels, over c²: an edge from black to white under the pixel filter
 (standard deviation 0.35 pixels) changes by half the blur's variance, c²/16, times its largest second derivative."""
 _EVERYTHING = 100.0
+BLURRED = 1e4
+"""Pixels of a blur that is as large as any."""
 
 
 def error_of_share(share: float) -> float:
@@ -113,27 +96,30 @@ def blur_of_lens(scene: Scene, points: Array, *, further: bool = False) -> float
     return float(pixels_per_unit(scene.camera, scene.film) * spread.max())
 
 
-def blur_of_lamp(scene: Scene, light: PointLight | SpotLight, points: Array, boxes: list[Array]) -> float:
-    """Largest penumbra of a ball lamp, in pixels, with the occluder (of ``placed_boxes``) at its nearest position."""
+def blur_of_lamps(scene: Scene, lamps: Sequence[PointLight | SpotLight], points: Array, boxes: list[Array]) -> float:
+    """Largest penumbra of ball lamps, in pixels, with the occluder (of ``placed_boxes``) at its nearest position.
+
+    From ``BLURRED`` pixels on no further lamp is looked at.
+    """
     along = depths(scene, points)
     placed = np.concatenate(boxes) if boxes else np.zeros((0, 3))
     if not len(placed) or not len(along):
         return 0.0
-    center = light.world_from_light[:3, 3]
-    nearest = min((distance_to_box(center, box) for box in boxes), default=0.0)
-    if nearest <= 2 * light.radius:
-        return float("inf")
-    reach = float(np.linalg.norm(placed - center, axis=1).max())
-    width = 2 * light.radius * reach / nearest
     scale = pixels_per_unit(scene.camera, scene.film) / (float(along.min()) if _shrinks(scene) else 1.0)
-    return scale * width
-
-
-def distance_to_box(point: Array, box: Array) -> float:
-    """Distance from a point to the axis-aligned box around corners (8, 3); infinite without corners."""
-    if not len(box):
-        return float("inf")
-    return float(np.linalg.norm(np.maximum(0.0, np.maximum(box.min(axis=0) - point, point - box.max(axis=0)))))
+    centers, radii = (
+        np.array([each.world_from_light[:3, 3] for each in lamps]),
+        np.array([each.radius for each in lamps]),
+    )
+    blur, step = 0.0, max(1, AT_ONCE // len(placed))
+    for first in range(0, len(lamps), step):
+        some, radius = centers[first : first + step], radii[first : first + step]
+        nearest = least_distances(some, boxes)
+        reach = np.linalg.norm(some[:, None] - placed, axis=2).max(axis=1)
+        width = np.where(nearest <= 2 * radius, np.inf, 2 * radius * reach / np.maximum(nearest, 1e-150))
+        blur = max(blur, float(scale * width.max()))
+        if blur >= BLURRED:
+            break
+    return blur
 
 
 def spread_of_dispersion(scene: Scene, materials: list[Material], points: Array) -> float:
@@ -170,12 +156,22 @@ def _extinction(material: Material) -> float:
     return max(medium.density, 0.0) * (1.0 if medium.extinction is None else largest_size(medium.extinction))
 
 
-def error_of_medium(scene: Scene, material: Material, ways: float = 2.0) -> float:
+def sources_in_view(scene: Scene) -> Sources:
+    """The sources of a scene, with the size of the camera's pixels at each lamp."""
+    away = np.linalg.norm(lamps_of(scene.lights).centers - scene.camera.world_from_camera[:3, 3], axis=1)
+    sizes = away if _shrinks(scene) else np.ones(len(away))
+    return sources_of(scene, sizes / pixels_per_unit(scene.camera, scene.film) / 2)
+
+
+def error_of_medium(
+    scene: Scene, material: Material, ways: float = 2.0, sources: Callable[[], Sources] | None = None
+) -> float:
     """ΔE2000 of omitting a medium: the light that it absorbs, and the light that it scatters to the camera.
 
     At most the optical depth is lost on each straight way of a path (``ways``). The light that is scattered toward the
     camera is the integral of lamp irradiance over the path: π · intensity over the least distance between a ray and a
-    lamp inside the box; irradiance at the nearest corner times the length for a lamp outside.
+    lamp inside the box; irradiance at the nearest corner times the length for a lamp outside. ``sources``: those of
+    ``sources_in_view``, which several media of a scene share.
     """
     medium = material.medium
     if medium is None:
@@ -185,13 +181,14 @@ def error_of_medium(scene: Scene, material: Material, ways: float = 2.0) -> floa
         return _EVERYTHING
     phase = _forward(medium)
     scattering = _extinction(material) * largest_size(medium.color)
+    shining = sources() if sources is not None else sources_in_view(scene)
     added = 0.0
     for item in scene.instances:
         if material.name not in item.materials or not len(box := corners(scene, item)):
             continue
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
         added += (ways - 1.0) * medium.emission_strength * largest_light(medium.emission_color) * length
-        added += scattering * phase * irradiance_along(scene, box, length)
+        added += scattering * phase * shining.along(box, length)
         added += (
             0.0
             if scene.world.is_black
@@ -210,89 +207,3 @@ def _forward(medium: ScatteringMedium) -> float:
     if medium.lobes:
         return sum(weight * largest(g, alpha) for weight, g, alpha in medium.lobes)
     return largest(medium.anisotropy, 0.0)
-
-
-def irradiance_along(scene: Scene, box: Array, length: float) -> float:
-    """Upper bound of the integral of the irradiance of lamps and emissive surfaces along a path through a box."""
-    found = sum(_of_lamp(light, box, length, scene) for light in scene.lights)
-    emitted = {material.name: _emitted(material) for material in scene.materials}
-    meshes = {mesh.name: mesh for mesh in scene.meshes}
-    for item in scene.instances:
-        radiance = max((emitted.get(name, 0.0) for name in item.materials), default=0.0)
-        if radiance > 0 and len(meshes[item.mesh].triangles):
-            found += _of_surface(radiance, meshes[item.mesh], item, box, length)
-    return found
-
-
-def _of_surface(radiance: float, mesh: Mesh, item: Instance, box: Array, length: float) -> float:
-    """The same of one object whose faces emit at most ``radiance``."""
-    a, b, c = (placed(mesh.positions[mesh.triangles[:, k]], item.world_from_object) for k in range(3))
-    area = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()) / 2  # no more of it is seen from anywhere
-    inside = np.pi * radiance * np.sqrt(np.pi * area)
-    own = placed(box_of(mesh), item.world_from_object)
-    gap = np.maximum(0.0, np.maximum(box.min(axis=0) - own.max(axis=0), own.min(axis=0) - box.max(axis=0)))
-    away = float(np.linalg.norm(gap))
-    return inside if away == 0 else min(inside, radiance * area / away**2 * length)
-
-
-def _of_lamp(light: Light, box: Array, length: float, scene: Scene) -> float:
-    """The same of one lamp."""
-    tint = largest_light(light.color)
-    if tint == 0 or (light.irradiance if isinstance(light, SunLight) else light.power_w) == 0:
-        return 0.0  # whatever its pattern
-    if isinstance(light, SunLight):
-        return tint * abs(light.irradiance) * length
-    center = light.world_from_light[:3, 3]
-    intensity = largest_intensity(light, float(np.linalg.norm(box - center, axis=1).max()))
-    distance = distance_to_box(center, box)
-    if distance > 0:
-        return intensity / distance**2 * length
-    away = float(np.linalg.norm(center - scene.camera.world_from_camera[:3, 3]))
-    size = max(light.size) / 2 if isinstance(light, AreaLight) else light.radius
-    pixel = (away if _shrinks(scene) else 1.0) / pixels_per_unit(scene.camera, scene.film)
-    return np.pi * intensity / max(size, pixel / 2, 1e-12)
-
-
-def largest_intensity(light: PointLight | SpotLight | AreaLight, reach: float) -> float:
-    """Largest intensity of a lamp of some power; its falloff counts up to a distance ``reach``."""
-    # irradiance of a falloff of power p is intensity · dᵖ / d²
-    further = max(1.0, reach) ** light.falloff.power
-    return largest_light(light.color) * intensity_of_point(abs(light.power_w)) * _gain(light) * further
-
-
-def _gain(light: PointLight | SpotLight | AreaLight) -> float:
-    """Largest intensity of a lamp over that of a point of its power; infinite for a pattern, which may have any."""
-    if light.pattern is not None:
-        return float("inf")
-    if isinstance(light, AreaLight):
-        return 4.0 * spread_of(light)[1]
-    return 1.0 if light.photometry is None else float(np.max(np.abs(light.photometry.strength), initial=0.0))
-
-
-def radiances(scene: Scene, materials: list[Material]) -> Iterator[tuple[float, str]]:
-    """Radiance and name of every source that a ray can hit; point lamps have none."""
-    for light in scene.lights:
-        tint = largest_light(light.color)
-        if isinstance(light, SunLight):
-            half = max(min(light.angle_rad, np.pi) / 2, 1e-5)
-            yield tint * radiance_of_sun(abs(light.irradiance), half), light.name
-        elif isinstance(light, AreaLight):
-            scale = abs(float(np.linalg.det(light.world_from_light[:3, :3]))) ** (2 / 3)
-            area = max(light.size[0] * light.size[1] * scale, 1e-12)
-            yield tint * radiance_of_panel(abs(light.power_w), area) * spread_of(light)[1], light.name
-        elif light.radius > 0:
-            yield tint * radiance_of_ball(abs(light.power_w), light.radius), light.name
-    if not scene.world.is_black:
-        yield abs(scene.world.strength) * largest_light(scene.world.color), "World"
-    for material in materials:
-        if (radiance := _emitted(material)) > 0:
-            yield radiance, material.name
-
-
-def _emitted(material: Material) -> float:
-    """Largest radiance that a material emits."""
-    found = 0.0
-    for color, amount in emissions_of(material.surface):
-        strength = abs(float(amount)) if isinstance(amount, (int, float)) else largest_size(amount)
-        found = max(found, strength * max(largest_light(part) for part in paint_parts(color)))
-    return found

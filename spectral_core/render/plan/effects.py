@@ -67,6 +67,8 @@ def plan_effects(
     require_scene(scene)
     if tolerance is None:
         tolerance = scene.settings.tolerance_delta_e
+    if not lights_vary:
+        scene = replace(scene, film=scene.displayed_film)
     tolerance = require_range("the tolerance (ΔE2000)", tolerance, 0.0, 1e9)
     is_exact = lights_vary and tolerance == 0
     beside = points_beside_surfaces(scene)

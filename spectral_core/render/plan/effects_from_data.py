@@ -59,7 +59,7 @@ class Found:
         if "World" in self.inventory.scattering:
             return True
         media = [material for material in self.materials if material.name in self.inventory.scattering]
-        return error_of_media(self.scene, self.materials, media, lights_vary=self.lights_vary) > THIN
+        return error_of_media(self.scene, self.materials, media, lights_vary=self.lights_vary, most=THIN) > THIN
 
 
 def absent(
@@ -85,7 +85,8 @@ def _transport(found: Found) -> Effect:
     if found.is_exact:  # the error, which does not matter here, takes most of the time of an edit's plan
         return Effect("transport", levels(KEEP), "there are spectra", loses, "not known", choices)
     # three channels show no dispersion, whose own error is never larger: it leaves first
-    error = rgb_transport_error(found.scene) + _error_without_dispersion(found)
+    error = rgb_transport_error(found.scene)
+    error = KEEP if error == KEEP else min(error + _error_without_dispersion(found), MOST_ERROR)
     text = "an unknown error" if error == KEEP else f"an error of ΔE {error:.2g}"
     reason = f"there are spectra in {names(inventory.spectra)}; surfaces under all lights have {text} in three channels"
     return Effect("transport", levels(error), reason, loses, "bounded", choices)
@@ -214,7 +215,7 @@ def _lamp_bodies(found: Found) -> Effect:
         reason = f"the size of {names(shown)} has a visible effect"
         return Effect("lamp_bodies", levels, reason, loses, "not known", ON_OFF)
     boxes = placed_boxes(found.scene.meshes, found.scene.instances)
-    blur = max(bounds.blur_of_lamp(found.scene, light, found.points, boxes) for light in balls)
+    blur = bounds.blur_of_lamps(found.scene, balls, found.points, boxes)
     levels = (Level("on"), Level("off", bounds.error_of_blur(blur) if np.isfinite(blur) else 100.0, TRANSPARENCY_SHARE))
     reason = f"half-shadows of {names(shown)} are at most {min(blur, 9999):.2g} pixels wide"
     return Effect("lamp_bodies", levels, reason, loses, "bounded", ON_OFF)

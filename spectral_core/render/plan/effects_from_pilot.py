@@ -21,6 +21,7 @@ from spectral_core.render.plan.inventory import is_sharp, names
 from spectral_core.render.plan.levels import Effect, Level
 from spectral_core.render.plan.light.reflections import is_linear
 from spectral_core.render.plan.light.shown import bodies_in_view, emission_in_view, error_of_bodies
+from spectral_core.render.plan.light.sources import radiances
 from spectral_core.render.plan.measured import error_of_loss, unseen_radiance
 from spectral_core.render.plan.pilot import LEVELS, PILOT_BOUNCES, Pilot
 from spectral_core.scene import leaves
@@ -147,6 +148,6 @@ def _unseen(found: Found, pilot: Pilot, name: str = "") -> float:
     if not sharp:
         return 0.0
     kinds = {"environment": {"World"}, "emissive_meshes": set(found.inventory.emissive)}
-    sources = bounds.radiances(found.scene, found.materials)
+    sources = radiances(found.scene, found.materials)
     brightest = max((radiance for radiance, of in sources if not name or of in kinds.get(name, ())), default=0.0)
     return unseen_radiance(pilot, brightest * found.scene.film.exposure)

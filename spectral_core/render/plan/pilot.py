@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 from spectral_core.render.lights.scene_lights import SceneLights
 from spectral_core.render.mitsuba_scene.rules import Tables
 from spectral_core.render.plan.decision import USUAL_BOUNCES, EffectPlan
+from spectral_core.render.plan.small_film import small_film
 from spectral_core.render.plugins.paints.ray_marks import is_diffuse
 from spectral_core.render.trace.path.integrator import scene_path_class
 from spectral_core.render.trace.path.settings import PathSettings
 from spectral_core.render.trace.path.state import by_reflections
-from spectral_core.scene import Film, Rays, Scene
+from spectral_core.scene import Rays, Scene
 from spectral_core.spectra.color import RGB_FROM_XYZ
 
 LEVELS = 34
@@ -110,18 +111,6 @@ class Pilot:
         return np.asarray(self.bins[..., len(COUNTS) * LEVELS + FLAGS.index(name), :])
 
 
-def small_film(film: Film, pixels: int = PIXELS) -> Film:
-    """The same view with about ``pixels`` pixels, which are larger: the pilot covers the whole picture."""
-    width, height = film.width, film.height * film.pixel_aspect
-    scale = np.sqrt(pixels / (width * height))
-    small = (max(4, round(width * scale)), max(4, round(height * scale)))
-    aspect = (height / width) * small[0] / small[1]  # the view keeps its extent despite rounding
-    return Film(
-        *small, samples=SAMPLES, seed=film.seed + 77, pixel_aspect=aspect, filter_kind="box", filter_width=1.0,
-        exposure=film.exposure,
-    )  # fmt: skip
-
-
 def run_pilot(scene: Scene, plan: EffectPlan, samples: int = SAMPLES) -> Pilot:
     """Trace the pilot of ``scene``; ``plan``: its effects and transport.
 
@@ -130,7 +119,7 @@ def run_pilot(scene: Scene, plan: EffectPlan, samples: int = SAMPLES) -> Pilot:
     from spectral_core.render.job import RenderJob
     from spectral_core.render.trace.accumulate import Accumulator
 
-    film = small_film(scene.film)
+    film = small_film(scene.film, PIXELS, SAMPLES)
     settings = replace(scene.settings, variant=None if scene.settings.variant is None else _plain(scene))
     job = RenderJob(replace(scene, film=film, settings=settings), plan)
     tracer = job.traced_scene()
@@ -139,12 +128,12 @@ def run_pilot(scene: Scene, plan: EffectPlan, samples: int = SAMPLES) -> Pilot:
     integrator = _pilot_class(mi.variant())(
         PathSettings(PILOT_BOUNCES, True, limits), Tables(mi, tracer.rules), tracer.lights, _source_kinds(mi, tracer)
     )
-    pixels = film.width * film.height
-    integrator.prepare(pixels)
+    width, height = film.size
+    integrator.prepare(width * height)
     sums = Accumulator(mi, job.scene.camera, film, job.loaded.wavelengths)
     for _ in sums.add(tracer.first_hit, integrator, samples):
         pass
-    shape = (film.height, film.width, BATCHES, ROWS, CHANNELS)
+    shape = (height, width, BATCHES, ROWS, CHANNELS)
     bins = np.array(integrator.bins, dtype=np.float64).reshape(shape) / (samples / BATCHES)
     if plan.is_spectral:
         bins[..., :3] = bins[..., :3] @ RGB_FROM_XYZ.T

@@ -52,7 +52,9 @@ class Tracer:
 
 
 def _picture(tracer, size=(64, 48)):
-    job = SimpleNamespace(chosen_pixels=lambda: tracer, scene=SimpleNamespace(film=Film(*size)))
+    job = SimpleNamespace(
+        chosen_pixels=lambda: tracer, scene=Scene(camera=Camera(world_from_camera=np.eye(4)), film=Film(*size))
+    )
     fixed = SimpleNamespace(
         launch_s=LAUNCH_S,
         seconds_per_path=tracer.clock.speed(0.0),
@@ -183,7 +185,9 @@ def test_a_launch_without_paths_is_told_from_long_paths(monkeypatch):
 
     monkeypatch.setattr(probe, "Meter", Meter)
     tracer = Tracer(clock)
-    job = SimpleNamespace(chosen_pixels=lambda: tracer, scene=SimpleNamespace(film=Film(64, 48)))
+    job = SimpleNamespace(
+        chosen_pixels=lambda: tracer, scene=Scene(camera=Camera(world_from_camera=np.eye(4)), film=Film(64, 48))
+    )
     found = probe.Probe(job)
     found.trace_to(1)
     assert found.launch_s == pytest.approx(LAUNCH_S, rel=0.05)

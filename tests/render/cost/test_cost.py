@@ -169,15 +169,18 @@ def test_light_that_whole_pools_have_not_met_is_told_by_later_samples(rng):
     assert 1.0 <= rarity(early, late, *counts, expected_errors(early, POOLS)) < 1.08 < rare
 
 
-def _told(drawn, limit):
-    """Pooled errors and all that is told of a picture, over its true error; ``drawn``: (2, samples, 4096, 3)."""
-    late, early, wide = drawn.mean(axis=1), drawn[:, : len(drawn[0]) // 4].mean(axis=1), Wide(np.arange(4096) // 32)
+def _told(drawn, limit, part=4):
+    """Pooled errors and all that is told of a picture, over its true error; ``drawn``: (2, samples, 4096, 3).
+
+    ``part``: its samples over those of the early picture.
+    """
+    late, early, wide = drawn.mean(axis=1), drawn[:, : len(drawn[0]) // part].mean(axis=1), Wide(np.arange(4096) // 32)
     told = [Told(pixel_errors(*each).mean(), expected_errors(each, POOLS, wide).mean()) for each in (late, early)]
     counts = np.ones(4096) * len(drawn[0])
-    _, seen = seen_later(early, late, counts / 4, counts)
+    _, seen = seen_later(early, late, counts / part, counts)
     lab = [lab_from_linear_rgb(np.maximum(each, 0)) for each in (late.mean(axis=0), np.full((4096, 3), limit))]
     true = delta_e_2000(*lab).mean()
-    return told[0].pooled / true, told_by_later(*told, seen, 0.25) / true
+    return told[0].pooled / true, told_by_later(*told, seen, 1 / part) / true
 
 
 def test_neighbors_of_different_noise_do_not_exaggerate_the_error(rng):
@@ -200,6 +203,14 @@ def test_rare_light_is_not_underestimated_by_halves_that_agree(rng, chance):
     true = delta_e_2000(*(lab_from_linear_rgb(each) for each in (halves.mean(axis=0), np.full((4096, 3), 0.26))))
     assert 0.85 < _told(drawn, 0.26)[1] < 1.15
     assert chance > 0.005 or pixel_errors(*halves).mean() < 0.75 * true.mean()
+
+
+@pytest.mark.parametrize("chance", [0.005, 0.002])
+@pytest.mark.parametrize("even", [0.2, 0.8])
+def test_rare_light_is_told_beside_noise_that_falls_faster(rng, chance, even):
+    """As that of evenly spread numbers, which falls by 1/n: at first it is most of the error, in the end little."""
+    common = even * np.diff(rng.normal(size=(2, 65, 4096, 1)), axis=1) * np.ones(3)
+    assert 0.78 < _told(_rare(rng, 64, chance) + common, 0.26, 16)[1] < 1.1
 
 
 def test_splits_of_a_picture_in_parts_are_halves_of_all_its_samples(rng):
@@ -244,17 +255,6 @@ def test_noise_at_edges_that_looks_like_rare_light_is_told_from_it(rng):
     pooled = expected_errors(early, POOLS)
     factor = rarity(early, late, np.full(4096, 4), np.full(4096, 64), pooled)
     assert pooled.mean() > 1.5 * true and 0.8 * true < factor * pooled.mean() < 1.5 * true
-
-
-def test_pixels_without_new_samples_do_not_hide_rare_light(rng):
-    drawn = _rare(rng, 64)
-    counts = np.where(np.arange(4096) < 2048, 64, 8)
-    late = np.where(counts[:, None] == 64, drawn.mean(axis=1), drawn[:, :8].mean(axis=1))
-    early = drawn[:, :8].mean(axis=1)
-    first, second = early
-    errors = pixel_errors(first, second)
-    every = rarity(early, drawn.mean(axis=1), np.full(4096, 8), np.full(4096, 64), errors)
-    assert rarity(early, late, np.full(4096, 8), counts, errors) == pytest.approx(every, rel=0.15)
 
 
 def test_pixels_with_the_largest_gain_get_more_samples():

@@ -13,6 +13,7 @@ pytest.importorskip("mitsuba")
 from spectral_core.errors import InvalidInputError
 from spectral_core.render import cost_curve, render_scene
 from spectral_core.render.cost import asked
+from spectral_core.render.cost.errors import pixel_errors, rarity
 from spectral_core.render.cost.model import RareLight
 from spectral_core.render.cost.softened import SOFT_CONE_RAD, SOFT_RAD, narrow_cones, softened
 from spectral_core.scene import (
@@ -135,3 +136,14 @@ def test_a_number_is_no_color():
     with pytest.raises(InvalidInputError, match="Diffuse color is the number"):
         Diffuse(0.5)
     assert ScatteringMedium(0.5, gray(0.9), Color(np.ones(3))).extinction is not None
+
+
+def test_pixels_without_new_samples_do_not_hide_rare_light(rng):
+    drawn = 0.2 + 2.0 * (rng.random((2, 64, 4096, 1)) < 0.03) * np.ones(3)
+    counts = np.where(np.arange(4096) < 2048, 64, 8)
+    late = np.where(counts[:, None] == 64, drawn.mean(axis=1), drawn[:, :8].mean(axis=1))
+    early = drawn[:, :8].mean(axis=1)
+    first, second = early
+    errors = pixel_errors(first, second)
+    every = rarity(early, drawn.mean(axis=1), np.full(4096, 8), np.full(4096, 64), errors)
+    assert rarity(early, late, np.full(4096, 8), counts, errors) == pytest.approx(every, rel=0.15)

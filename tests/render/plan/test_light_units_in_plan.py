@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("mitsuba")
 
 from spectral_core.render import plan_from_data
-from spectral_core.render.plan.bounds import radiances
+from spectral_core.render.plan.light.sources import radiances
 from spectral_core.scene import AreaLight, Diffuse, Emission, Material, World, gray
 from spectral_core.spectra.catalogue import illuminant
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid

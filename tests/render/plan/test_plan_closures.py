@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from spectral_core.render import plan_from_data
-from spectral_core.render.plan.bounds import error_of_medium, radiances
+from spectral_core.render.plan.bounds import error_of_medium
+from spectral_core.render.plan.light.sources import radiances
 from spectral_core.scene import (
     AddSurface,
     AreaLight,

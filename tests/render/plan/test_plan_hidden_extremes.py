@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from spectral_core.render import plan_effects, plan_from_data
-from spectral_core.render.plan.bounds import error_of_medium, error_of_share, optical_depth, radiances
+from spectral_core.render.plan.bounds import error_of_medium, error_of_share, optical_depth
+from spectral_core.render.plan.light.sources import radiances
 from spectral_core.render.plan.pilot import CHANNELS, LEVELS, PILOT_BOUNCES, ROWS, TOTAL, Pilot
 from spectral_core.render.plan.simulated import simulated_scene
 from spectral_core.scene import (

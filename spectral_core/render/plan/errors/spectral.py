@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.mitsuba_scene.paint import daylight_rgb, emitted_rgb, emitted_spectrum, unit_luminance
-from spectral_core.render.plan.decision import LATER_BOUNCES, USUAL_BOUNCES
+from spectral_core.render.plan.decision import LATER_BOUNCES, MOST_ERROR, USUAL_BOUNCES
 from spectral_core.render.plan.errors.fluorescence import error_in_rgb
 from spectral_core.render.plan.errors.spectral_media import lit_colors, media_surfaces, varies_in_color
 from spectral_core.render.plan.errors.thin_film import film_surfaces
@@ -86,7 +86,7 @@ def rgb_transport_error(scene: Scene, reflections: int = MOST_REFLECTIONS) -> fl
         lights.sort(key=lambda item: (isinstance(item[0], Color), -_saturation(_shone_rgb(*item))))
         surfaces, lights = surfaces[:MOST_SURFACES], lights[:MOST_LIGHTS]
     dyes = error_in_rgb(scene, materials, [light for light, pattern in lights if pattern is None], reflections)
-    return max(dyes, *(_error_under(light, white, surfaces, reflections) for light in lights))
+    return min(max(dyes, *(_error_under(light, white, surfaces, reflections) for light in lights)), MOST_ERROR)
 
 
 def _saturation(rgb: Array) -> float:
@@ -204,7 +204,15 @@ def _media(scene: Scene, materials: list[Material]) -> list[ScatteringMedium]:
 
 
 def _planck_rgb(paint: Any) -> Array:
-    return np.clip(emitted_rgb(paint), 0.0, None) if isinstance(paint, (Color, Spectrum)) else np.ones(3)
+    if not isinstance(paint, Spectrum):
+        return np.clip(emitted_rgb(paint), 0.0, None) if isinstance(paint, Color) else np.ones(3)
+    return np.clip(_planck_of(paint.grid.wavelengths_nm.tobytes(), paint.values.tobytes()), 0.0, None)
+
+
+@lru_cache(64)
+def _planck_of(wavelengths_nm: bytes, values: bytes) -> Array:
+    """Linear RGB of a blackbody's light: thousands of lamps may have one temperature, each with its own spectrum."""
+    return emitted_rgb(Illuminant("blackbody", SpectralGrid(np.frombuffer(wavelengths_nm)), np.frombuffer(values)))
 
 
 def _reflecting(material: Any) -> Iterator[Any]:

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from spectral_core.render.plan.bounds import (
     error_of_light,
     error_of_medium,
     error_of_share,
-    irradiance_along,
     optical_depth,
+    sources_in_view,
 )
 from spectral_core.render.plan.light.reflections import reflected_radiance, ways_of_light
 from spectral_core.render.plan.light.sizes import largest_light, largest_size
@@ -25,20 +27,26 @@ MOST_VOXELS = 1 << 21
 
 
 def error_of_media(
-    scene: Scene, materials: list[Material], carriers: list[Material], *, lights_vary: bool = False
+    scene: Scene,
+    materials: list[Material],
+    carriers: list[Material],
+    *,
+    lights_vary: bool = False,
+    most: float = np.inf,
 ) -> float:
     """ΔE2000 of omitting the media of ``carriers``, with the light that ``materials``, all that a ray may hit, reflect
-    to them: walls far from a lamp may send more of it into haze than the lamp itself does.
+    to them: walls far from a lamp may send more of it into haze than the lamp itself does. ``most``: an error above it
+    may be that of some of the media.
     """
     if not carriers:
         return 0.0
     ways = ways_of_light(materials)
     walls = reflected_radiance(scene, materials, lights_vary=lights_vary)
-    error = 0.0
+    error, sources = 0.0, cache(lambda: sources_in_view(scene))
     for material in carriers:
-        if material.medium is not None:
+        if material.medium is not None and error <= most:
             scattered = optical_depth(scene, material) * largest_size(material.medium.color)
-            error += error_of_medium(scene, material, ways) + error_of_light(scattered * walls)
+            error += error_of_medium(scene, material, ways, sources) + error_of_light(scattered * walls)
     return error
 
 
@@ -50,7 +58,7 @@ def error_of_volumes(
     """
     ways = ways_of_light(materials)
     walls = reflected_radiance(scene, materials, lights_vary=lights_vary) if among_media else 0.0
-    share, light = 0.0, 0.0
+    share, light, sources = 0.0, 0.0, cache(lambda: sources_in_view(scene))
     for volume in scene.volumes:
         box = placed(unit_box().positions, volume.world_from_index @ index_box(volume.data.shape))
         length = float(np.linalg.norm(np.ptp(box, axis=0)))
@@ -61,7 +69,7 @@ def error_of_volumes(
         light += (ways - 1.0) * own
         if lit == 0.0:
             continue
-        light += lit / length * irradiance_along(scene, box, length) + lit * walls
+        light += lit / length * sources().along(box, length) + lit * walls
         light += (
             lit
             * np.pi

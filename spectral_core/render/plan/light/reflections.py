@@ -13,18 +13,22 @@ from numpy.typing import NDArray
 from spectral_core.render.plan import bounds
 from spectral_core.render.plan.decision import MOST_BOUNCES, MOST_ERROR
 from spectral_core.render.plan.levels import Level
-from spectral_core.render.plan.light.sizes import MOST_REFLECTANCE, largest_light, largest_share
+from spectral_core.render.plan.light.sizes import MOST_REFLECTANCE, largest_share
+from spectral_core.render.plan.light.sources import (
+    distances_to_boxes,
+    lamps_of,
+    least_distances,
+    radiances,
+)
 from spectral_core.scene import (
     Color,
     Diffuse,
     Emission,
     Fluorescent,
-    Light,
     Material,
     Mesh,
     Principled,
     Scene,
-    SunLight,
     Toon,
     Translucent,
     Transparent,
@@ -123,39 +127,28 @@ def reflected_radiance(scene: Scene, materials: list[Material], *, lights_vary: 
 
 def direct_radiance(scene: Scene, materials: list[Material], reflectance: float) -> float:
     """Largest radiance of a diffuse surface that lamps, emissive surfaces and the world light, over white."""
-    around = bounds.radiances(replace(scene, lights=()), materials)
+    around = radiances(replace(scene, lights=()), materials)
     found = sum(np.pi * radiance for radiance, _ in around)
     boxes = placed_boxes(scene.meshes, scene.instances)
     corners = np.concatenate(boxes) if boxes else np.zeros((0, 3))
     meshes = {mesh.name: mesh for mesh in scene.meshes}
-    lamps = [light for light in scene.lights if _strength(light) > 0]
-    for number, light in enumerate(sorted(lamps, key=lambda light: -_strength(light))):
-        if isinstance(light, SunLight):
-            found += _strength(light)
-        elif len(corners):
-            center = light.world_from_light[:3, 3]
-            intensity = bounds.largest_intensity(light, float(np.linalg.norm(corners - center, axis=1).max()))
-            near = _nearest(scene, meshes, boxes, center) if number < MOST_LAMPS else 0.0
-            found += min(intensity / max(near, 1e-30) ** 2, np.pi * _largest_radiance(scene, light))
+    lamps = lamps_of(scene.lights)
+    found += lamps.suns
+    if len(corners) and len(lamps.centers):
+        near = least_distances(lamps.centers, boxes)
+        for number in np.argsort(-lamps.intensities, kind="stable")[:MOST_LAMPS]:
+            near[number] = _nearest(scene, meshes, boxes, lamps.centers[number])
+        reach = np.ones(len(near))
+        for number in np.flatnonzero(lamps.powers):  # the others have the same intensity at any distance
+            reach[number] = np.linalg.norm(corners - lamps.centers[number], axis=1).max()
+        intensities = lamps.at_distance(reach)
+        found += float(np.sum(np.minimum(intensities / np.maximum(near, 1e-30) ** 2, np.pi * lamps.radiances)))
     return float(min(reflectance / np.pi * found * scene.film.exposure, MOST_DIRECT))
-
-
-def _strength(light: Light) -> float:
-    amount = light.irradiance if isinstance(light, SunLight) else light.power_w
-    return abs(amount) * largest_light(light.color)
-
-
-def _largest_radiance(scene: Scene, light: Light) -> float:
-    """Radiance of a lamp with a size; infinite for one without."""
-    if getattr(light, "photometry", None) is not None or light.pattern is not None:
-        return np.inf
-    alone = replace(scene, lights=(light,), world=World())
-    return max((radiance for radiance, _ in bounds.radiances(alone, [])), default=np.inf)
 
 
 def _nearest(scene: Scene, meshes: Mapping[str, Mesh], boxes: Sequence[Array], point: Array) -> float:
     """Distance from a point to the nearest surface; the boxes of objects (8, 3) tell which may be near."""
-    apart = [bounds.distance_to_box(point, box) for box in boxes]
+    apart = distances_to_boxes(point[None], boxes)[0]
     found = np.inf
     for number in np.argsort(apart):
         if apart[number] >= found:

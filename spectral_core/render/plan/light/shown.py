@@ -7,13 +7,13 @@ A small emissive object, mirror or body of glass is lost as a whole without its 
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.render.lens.in_view import may_be_in_view, points_in_view
 from spectral_core.render.plan import bounds
+from spectral_core.render.plan.light.sources import emitted_by
 from spectral_core.render.plan.pilot import Pilot
 from spectral_core.scene import (
     Glass,
@@ -25,7 +25,6 @@ from spectral_core.scene import (
     Scene,
     SunLight,
     Transparent,
-    World,
     leaves,
 )
 from spectral_core.scene.geometry import corners_of, index_box, placed, placed_boxes, unit_box
@@ -75,9 +74,7 @@ def emission_in_view(scene: Scene, materials: list[Material]) -> float:
     """Largest radiance of the emissive surfaces that the camera may see: a small lamp of a device is lost as a whole,
     and too small for a mean of the picture.
     """
-    alone = replace(scene, lights=(), world=World())
-    emitted = {each.name: max((radiance for radiance, _ in bounds.radiances(alone, [each])), default=0.0)
-               for each in materials}  # fmt: skip
+    emitted = {each.name: emitted_by(each) for each in materials}
     shown = in_view(scene, {name for name, radiance in emitted.items() if radiance > 0})
     return max((emitted[name] for name in shown), default=0.0)
 
