@@ -57,9 +57,7 @@ def _forget() -> None:
         run.end()
 
 
-def _begin(
-    scene: Scene, command: list[str], folder: Path, total: int, documents: Documents | None = None
-) -> Run:  # fmt: skip
+def _begin(scene: Scene, command: list[str], folder: Path, total: int, documents: Documents | None = None) -> Run:
     """Start the process of a run. ``documents``: those that were written for it."""
     global _run, _scene_uid
     _forget()
