@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import bpy
 
 from spectral_core.errors import first_of
+from spectral_core.files.guarded import is_file
 
 MOST_LOST = 8
 """Missing data of a library that a note names."""
@@ -26,7 +26,7 @@ def library_notes() -> list[str]:
             lost[block.library].append(f"{block.bl_rna.name.lower()} {block.name!r}")
     for library, names in lost.items():
         if library.is_missing:
-            is_there = Path(bpy.path.abspath(library.filepath)).is_file()
+            is_there = is_file(bpy.path.abspath(library.filepath))
             why = "cannot be read" if is_there else "was not found"
             notes.append(f"{library.name}: the linked library {library.filepath} {why}; its contents are missing")
         elif names:

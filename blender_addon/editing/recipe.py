@@ -16,6 +16,7 @@ import numpy as np
 from bpy.types import ID, PropertyGroup, Scene
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.guarded import is_file, no_file
 from spectral_core.palette.recipe.lamp import LampQuality, lamp_recipe
 from spectral_core.palette.recipe.library import led_channels, paint_chips
 from spectral_core.palette.recipe.material import MOST_COLORANTS, Colorants, material_recipe
@@ -105,9 +106,11 @@ def store(scene: Scene, found: Found) -> None:
 def _library(recipe: PropertyGroup) -> list[Spectrum]:
     if recipe.reads_file:
         path = Path(bpy.path.abspath(recipe.filepath, library=recipe.id_data.library))
-        if not recipe.filepath or not path.is_file():
+        if not recipe.filepath or not is_file(path):
             why = "" if recipe.library == "FILE" else f"{recipe.kind.lower()} differ from maker to maker, and "
-            raise InvalidInputError(f"{why}no file of spectra is chosen; choose one with a column per component")
+            remedy = "choose one with a column per component"
+            lack = no_file(path, remedy) if recipe.filepath else f"no file of spectra is chosen; {remedy}"
+            raise InvalidInputError(why + lack)
         return told_apart(read_spectra(path, kind="illuminant" if recipe.kind == "LAMP" else "reflectance"))
     if recipe.kind == "LAMP":
         return list(led_channels())

@@ -15,6 +15,8 @@ from typing import Any
 
 import bpy
 
+from spectral_core.files.guarded import is_there
+
 from ..properties import hooks
 from ..properties.hooks import Topic
 from ..translate.shading.texture import NODE, shader_nodes_of
@@ -89,10 +91,10 @@ def _moved(text: str, old: Path, new: Path) -> str:
     """The path ``text`` of a file in ``old``, for a file in ``new``."""
     joined = old / text[2:]
     path = os.path.normpath(joined)
-    if not Path(path).exists() and joined.exists():  # ".." behind a link to a folder leaves the folder it points to
+    if not is_there(path) and is_there(joined):  # ".." behind a link to a folder leaves the folder it points to
         path = os.path.realpath(joined)
     moved = _relative(path, new)
-    is_lost = moved.startswith("//") and Path(path).exists() and not (new / moved[2:]).exists()
+    is_lost = moved.startswith("//") and is_there(path) and not is_there(new / moved[2:])
     return path if is_lost else moved  # no relative path leads out of a link to a folder as its name suggests
 
 

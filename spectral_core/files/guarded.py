@@ -68,9 +68,33 @@ def reading(path: str | Path, what: str = "") -> Iterator[None]:
 
 def no_file(path: str | Path, remedy: str = "check its name and its folder") -> str:
     """Say why a path names no file: nothing is there, or what is there is no file."""
-    if Path(path).exists():
-        return f"{path} is a folder, pipe or device; expected a file"
-    return f"there is no file {path}; {remedy}"
+    try:
+        Path(path).stat()
+    except (FileNotFoundError, NotADirectoryError, ValueError):  # ValueError: an invalid file name
+        return f"there is no file {path}; {remedy}"
+    except OSError as error:
+        return f"{path} cannot be read: {error.strerror or error}; {remedy}"
+    return f"{path} is a folder, pipe or device; expected a file"
+
+
+def is_file(path: str | Path) -> bool:
+    """True if a regular file is at the path.
+
+    ``Path.is_file`` raises an error for a name that no file can have (a part of more than 255 bytes, as of a text that
+    was pasted into the field of a path) and for a folder that may not be searched.
+    """
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def is_there(path: str | Path) -> bool:
+    """True if anything is at the path; no name is an error, as in ``is_file``."""
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):
+        return False
 
 
 def open_regular(path: str | Path) -> BinaryIO:

@@ -26,6 +26,7 @@ from pathlib import Path
 
 from spectral_core.checks import path_of
 from spectral_core.errors import FileWriteError, InvalidInputError
+from spectral_core.files.guarded import is_there
 
 try:
     import fcntl
@@ -91,7 +92,7 @@ def make_folder(path: str | Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        in_the_way = next((each for each in (folder, *folder.parents) if each.exists() and not each.is_dir()), None)
+        in_the_way = next((each for each in (folder, *folder.parents) if is_there(each) and not each.is_dir()), None)
         reason = error.strerror or str(error) if in_the_way is None else f"{in_the_way} is a file"
         raise FileWriteError(f"the folder {folder} cannot be made: {reason}; choose another folder") from error
     return folder
@@ -134,7 +135,9 @@ def require_own_kind(path: str | Path, is_own: Callable[[Path], bool], kind: str
 
 def require_replaceable(target: Path) -> None:
     """Raise InvalidInputError for a folder, a device or another entry that no file can replace."""
-    if target.is_dir():
+    with _told(target):  # names that no file can have
+        is_folder = target.is_dir()
+    if is_folder:
         raise InvalidInputError(f"{target} is a folder; name a file in it")
     # A device or pipe, also behind a link such as /dev/stdout, would be replaced by a file for every program.
     if target.exists() and not target.is_file():
@@ -223,7 +226,7 @@ def _told(target: Path) -> Iterator[None]:
     try:
         yield
     except (OSError, RuntimeError) as error:  # OpenEXR and OpenVDB raise RuntimeError
-        kept = "; the earlier file is unchanged" if target.exists() else ""
+        kept = "; the earlier file is unchanged" if is_there(target) else ""
         reason = getattr(error, "strerror", None) or str(error).rstrip(".") or type(error).__name__
         if isinstance(error, FileNotFoundError) and not target.parent.is_dir():
             reason = f"the folder {target.parent} does not exist; create it first"

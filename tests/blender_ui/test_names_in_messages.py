@@ -102,3 +102,21 @@ def test_names_of_a_file_of_an_earlier_version_are_known(palette, tmp_path) -> N
     opened = bpy.context.scene.spectral.palette
     opened.materials[0].name = "Leaf"
     assert "“Leaf” under “Sodium”" in told(opened)
+
+
+def test_a_name_is_never_empty_and_has_one_line(blender):
+    """A cleared name left a column, a button and a look without a word, and "Targets under , Light 3"."""
+    bpy.ops.spectral.palette_preset(preset="METAMER_PAIR")
+    palette = bpy.context.scene.spectral.palette
+    bpy.ops.spectral.look_under(kind="COLUMN", name="Sodium", side="look")
+    first = palette.lights[0].name
+    for cleared in ("", "  ", "\n\t"):
+        palette.lights[0].name = palette.materials[0].name = cleared
+        assert palette.lights[0].name == first and palette.materials[0].name == "Paint 1"
+    assert bpy.context.scene.spectral.viewport.look.column == "Sodium"
+    palette.materials[0].name = "Wall,\nleft\tside"
+    assert palette.materials[0].name == "Wall, left side"
+    palette.materials[1].name = "Wall, left\r\nside"
+    assert palette.materials[1].name == "Wall, left side 2"
+    palette.materials[1].name = "漢字  Ω 😀"
+    assert palette.materials[1].name == "漢字  Ω 😀"

@@ -97,7 +97,7 @@ def test_what_is_wanted_is_the_named_surface_or_the_selected_material(blender, r
         values, grid = asked[-1].values, asked[-1].grid
         np.testing.assert_allclose(values, reflectance(name).at(grid.wavelengths_nm), atol=1e-5)
     recipe.library, recipe.filepath = "FILE", "/nowhere.csv"
-    with pytest.raises(InvalidInputError, match="^no file of spectra is chosen"):
+    with pytest.raises(InvalidInputError, match=r"^there is no file /nowhere\.csv; choose one"):
         editing.search(blender.context.scene)()
     recipe.kind, recipe.library = "FILTERS", "BUILTIN"
     with pytest.raises(InvalidInputError, match="^filters differ from maker to maker"):
@@ -111,7 +111,7 @@ def test_channels_from_a_file_and_missing_inks(blender, recipe, tmp_path) -> Non
     blender.ops.spectral.recipe_find()
     assert len([line for line in recipe.text.splitlines() if line.endswith("%")]) == 3
     recipe.filepath = "/nowhere.csv"
-    with pytest.raises(RuntimeError, match="no file of spectra is chosen"):
+    with pytest.raises(RuntimeError, match=r"there is no file /nowhere\.csv; choose one"):
         blender.ops.spectral.recipe_find()
     recipe.kind, recipe.library, recipe.dot_gain = "INKS", "BUILTIN", 1.8
     with pytest.raises(RuntimeError, match="differ from maker to maker"):

@@ -93,6 +93,11 @@ def test_an_occupied_port_and_a_missing_device_give_clear_errors(monkeypatch: py
     try:
         with pytest.raises(SpectralError, match=r"cannot listen for OSC on 127.0.0.1:\d+ .*choose another port"):
             OscLink(lambda c, p, t: None, port=link.port)
+        for host in ("256.1.1.1", "192.0.2.1"):  # of no form, and of another machine: no port would help
+            with pytest.raises(SpectralError, match=rf"OSC on {host}:\d+ .*choose another address, such as 127.0.0.1"):
+                OscLink(lambda c, p, t: None, host=host, port=link.port)
+        with pytest.raises(SpectralError, match=r"cannot send OSC to 256.1.1.1:9001 \(.*give another address"):
+            OscLink(lambda c, p, t: None, port=0, feedback=("256.1.1.1", 9001))
     finally:
         link.close()
     monkeypatch.setattr("spectral_core.explore.board.midi.port_names", list)

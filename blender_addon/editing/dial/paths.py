@@ -16,6 +16,7 @@ import bpy
 from bpy.types import PropertyGroup, Scene
 
 from spectral_core.errors import FileWriteError, InvalidInputError
+from spectral_core.files.guarded import is_file, is_there
 from spectral_core.files.whole import make_folder, whole_file
 
 from ..deferred import RENDER_SECONDS
@@ -106,9 +107,9 @@ def _free_ending(ending: str, old: Path, blend: Path) -> str:
 
 def _is_another(new: Path, old: Path) -> bool:
     """True if there is a recording at ``new`` other than that at ``old``. Compressed files differ in their sizes."""
-    if new == old or not new.exists():
+    if new == old or not is_there(new):
         return False
-    return not old.is_file() or new.stat().st_size != old.stat().st_size
+    return not is_file(old) or new.stat().st_size != old.stat().st_size
 
 
 @bpy.app.handlers.persistent
@@ -126,7 +127,7 @@ def follow_save(blend: object = "", *_: object) -> None:
             dial.own_ending = ending
             continue
         new = transport_path(dial)
-        if old != new and not new.exists():
+        if old != new and not is_there(new):
             _copy_beside(scene, old, new)
         elif _is_another(new, old):
             dial.message = (
@@ -142,7 +143,7 @@ def follow_recording(scene: Scene, written: Path) -> None:
 
 def _copy_beside(scene: Scene, old: Path, new: Path) -> None:
     """Copy a file on a thread."""
-    if not old.is_file():
+    if not is_file(old):
         return
     errors: list[str] = []
     thread = threading.Thread(target=_copy, args=(old, new, errors))  # no daemon: Blender waits for it at its end

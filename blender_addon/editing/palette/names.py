@@ -19,15 +19,19 @@ def know(palette: PropertyGroup) -> None:
 
 
 def renamed(entry: PropertyGroup) -> None:
-    """Keep the name of a light or material apart from the others; let looks under a light, and what was told of the
-    last solution, follow its name.
+    """Keep the name of a light or material apart from the others, and in one line; let looks under a light, and what
+    was told of the last solution, follow its name.
     """
     palette = palette_of(entry)
     is_light = entry.SPECTRUM_KIND == "illuminant"
     others = {each.name for each in (palette.lights if is_light else palette.materials) if each != entry}
-    if entry.name in others:
+    name = entry.name if entry.name.isprintable() else " ".join(entry.name.split())  # pasted with a line break or tab
+    if not name.strip():  # cleared: the one before stays, as for objects of Blender
+        name = entry.known_as or ("Light" if is_light else "Material")
+    name = unique(name, others)
+    if name != entry.name:
         with hooks.silenced(Topic.PALETTE_NAME):
-            entry.name = unique(entry.name, others)
+            entry.name = name
     before, entry.known_as = entry.known_as, entry.name
     _name_results(palette, before if before not in others else "", entry)
     if not is_light:

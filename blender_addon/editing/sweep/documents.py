@@ -19,6 +19,7 @@ from spectral_core.explore.sweep.document import FORMAT, VERSION
 from spectral_core.explore.sweep.parameters import Parameter, Space
 from spectral_core.explore.sweep.store import Store, cdb_folder
 from spectral_core.explore.sweep.sweep import difference, meanings
+from spectral_core.files.guarded import is_file
 from spectral_core.files.whole import make_folder
 
 from ..background import temporary
@@ -89,7 +90,7 @@ def _is_setting(path: str) -> bool:
 
 def _require_own_folder(scene: Scene, folder: Path, parameters: list[Parameter]) -> None:
     """Raise InvalidInputError before a sweep of other parameters or of another scene is continued in the folder."""
-    if not (folder / "project.json").is_file():
+    if not is_file(folder / "project.json"):
         return
     others = [
         other

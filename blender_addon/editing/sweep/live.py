@@ -18,6 +18,7 @@ from spectral_core.explore.page.live import LiveSweep
 from spectral_core.explore.page.serve import PageServer
 from spectral_core.explore.sweep.ledger import Row
 from spectral_core.explore.sweep.store import Store
+from spectral_core.files.guarded import is_file
 
 from ..background import DISABLED_MEANWHILE, SAVED_MEANWHILE, settle, told_if_temporary
 from ..board.paths import block_at
@@ -56,9 +57,7 @@ def _forget() -> None:
         run.end()
 
 
-def _begin(
-    scene: Scene, command: list[str], folder: Path, total: int, documents: Documents | None = None
-) -> Run:  # fmt: skip
+def _begin(scene: Scene, command: list[str], folder: Path, total: int, documents: Documents | None = None) -> Run:
     """Start the process of a run. ``documents``: those that were written for it."""
     global _run, _scene_uid
     _forget()
@@ -182,7 +181,7 @@ def cancel() -> None:
 def rows(scene: Scene) -> list[Row]:
     """Finished rows of the sweep, in the order of the table. Raises InvalidInputError for a table of other settings."""
     folder = folder_of(scene.spectral.sweep)
-    if not (folder / "project.json").is_file():
+    if not is_file(folder / "project.json"):
         raise InvalidInputError(f"there is no sweep in {folder}; run it first")
     with Store.open(folder) as store:
         require_own_table(scene, folder, store.project.space)

@@ -25,7 +25,7 @@ from spectral_core.explore.sweep.document import entries
 from spectral_core.explore.sweep.effects import places, remembered, without_effect
 from spectral_core.explore.sweep.outcome import Outcome
 from spectral_core.explore.sweep.parameters import Space, Value
-from spectral_core.files.guarded import no_file
+from spectral_core.files.guarded import is_file, no_file
 from spectral_core.scene import Film, Scene, scene_hash
 from spectral_core.spectra.pictures import png_bytes
 
@@ -196,7 +196,7 @@ class BlendNode:
             return
         _file_of.clear()
         import_module(PACKAGE).register_once()
-        if not Path(self.file).is_file():
+        if not is_file(self.file):
             raise InvalidInputError(no_file(self.file))
         try:
             bpy.ops.wm.open_mainfile(filepath=self.file, load_ui=False)

@@ -11,6 +11,7 @@ from bpy.types import Scene
 from spectral_core.errors import counted
 from spectral_core.explore.sweep.ledger import DoneCount, Pace
 from spectral_core.explore.sweep.store import Store
+from spectral_core.files.guarded import is_file
 
 from ..background import BackgroundCommand
 from .documents import Documents, folder_of, parameters_of
@@ -61,7 +62,7 @@ def estimate(scene: Scene) -> str:
     parameters_of(sweep)
     folder = folder_of(sweep)
     times: list[float] = []
-    if (folder / "project.json").is_file():
+    if is_file(folder / "project.json"):
         with Store.open(folder) as store:
             times = [row.seconds for row in store.ledger.rows("done") if row.seconds is not None]
     if not times:

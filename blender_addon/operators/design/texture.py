@@ -8,6 +8,7 @@ from bpy.props import IntProperty
 from bpy.types import Context, Object
 
 from spectral_core.errors import InvalidInputError, counted
+from spectral_core.files.guarded import is_file
 
 from ... import compat
 from ...editing import texture_job
@@ -135,7 +136,7 @@ def _require_slot(target: Object) -> None:
 def _designed(context: Context) -> str:
     scene = context.scene
     path = bpy.path.abspath(scene.spectral.texture.texture_file, library=scene.library)
-    if not path or not Path(path).is_file():
+    if not path or not is_file(path):
         raise InvalidInputError("no texture is designed yet; press Design Texture first")
     return path
 

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from spectral_core.errors import InvalidInputError
-from spectral_core.files.guarded import no_file
+from spectral_core.files.guarded import is_file, no_file
 from spectral_core.palette.texture.file import read_texture
 from spectral_core.palette.texture.reach import TEXTURE_GRID
 from spectral_core.palette.texture.texture import SpectralTexture
@@ -39,7 +39,7 @@ def texture_of(node: Any) -> SpectralTexture:
     if not node.filepath:
         raise InvalidInputError("no file is chosen; choose the texture.exr that `spectral-scene texture` wrote")
     path = file_of(node)
-    if not path.is_file():
+    if not is_file(path):
         raise InvalidInputError(no_file(path, "choose the texture.exr again"))
     state = path.stat()
     return _read(path, state.st_mtime_ns, state.st_size)

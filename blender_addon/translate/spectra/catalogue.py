@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from spectral_core.errors import InvalidInputError, UnknownNameError
-from spectral_core.files.guarded import no_file
+from spectral_core.files.guarded import is_file, no_file
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum
 
@@ -37,7 +37,7 @@ def from_file(kind: str, path: str, entry: str) -> tuple[Spectrum, list[str]]:
 
     if not path.strip():
         raise InvalidInputError("no file is chosen; pick a .csv, .spdx or .spd file with a measured spectrum")
-    if not Path(path).is_file():
+    if not is_file(path):
         raise InvalidInputError(no_file(path, "choose it again, or pack the file"))
     spectra = read_spectra(path, kind=READ_AS[kind])
     known = [spectrum.name for spectrum in spectra]

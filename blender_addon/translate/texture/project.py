@@ -12,6 +12,7 @@ from bpy.types import Image, PropertyGroup
 from numpy.typing import NDArray
 
 from spectral_core.errors import InvalidInputError
+from spectral_core.files.guarded import is_file
 from spectral_core.files.whole import write_bytes
 from spectral_core.palette.texture.project import TextureProject, TextureSettings
 from spectral_core.palette.texture.uplift import Pin
@@ -94,7 +95,7 @@ def _spectrum(holder: PropertyGroup) -> Any:
 def _file_of(image: Image, folder: Path, number: int) -> Path:
     """A file with the picture: its own if the core reads it as Blender shows it, else a new one."""
     path = Path(bpy.path.abspath(image.filepath, library=image.library)) if image.filepath else None
-    if path is not None and path.is_file() and _is_read_as_shown(image, path):
+    if path is not None and is_file(path) and _is_read_as_shown(image, path):
         return path.resolve()
     width, height = image.size
     if not width or not height:

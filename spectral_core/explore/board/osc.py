@@ -8,6 +8,7 @@ decoded here, because python-osc waits until a time tag, and pads truncated numb
 
 from __future__ import annotations
 
+import errno
 import math
 import socket
 import socketserver
@@ -63,7 +64,8 @@ class OscLink:
         try:
             self._server = Server((host, port), Handler)
         except (OSError, UnicodeError) as error:
-            raise SpectralError(f"cannot listen for OSC on {host}:{port} ({error}); choose another port") from error
+            what = "address, such as 127.0.0.1" if _is_no_address(error) else "port"
+            raise SpectralError(f"cannot listen for OSC on {host}:{port} ({error}); choose another {what}") from error
         self._client: Any = None
         try:
             if feedback:
@@ -72,7 +74,8 @@ class OscLink:
                 self._client = udp_client.SimpleUDPClient(str(place[0]), int(place[1]), allow_broadcast=True)
         except (OSError, UnicodeError) as error:
             self._server.server_close()
-            raise SpectralError(f"cannot send OSC to {feedback} ({error}); give another address") from error
+            receiver = ":".join(map(str, feedback or ()))
+            raise SpectralError(f"cannot send OSC to {receiver} ({error}); give another address") from error
         self._thread = threading.Thread(target=self._server.serve_forever, args=(0.05,), name="osc", daemon=True)
         self._thread.start()
 
@@ -146,6 +149,12 @@ def _elements(bundle: bytes) -> Iterator[bytes]:
             raise ValueError("an element of an OSC bundle is truncated")
         yield bundle[place + 4 : place + 4 + size]
         place += 4 + size
+
+
+def _is_no_address(error: Exception) -> bool:
+    """True if the address was refused, no matter which port: it has no such form, is unknown or of another machine."""
+    is_foreign = isinstance(error, OSError) and error.errno == errno.EADDRNOTAVAIL
+    return is_foreign or isinstance(error, socket.gaierror | UnicodeError)
 
 
 def _message(packet: bytes) -> tuple[str, float | None]:

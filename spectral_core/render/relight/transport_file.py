@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from spectral_core.checks import path_of
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.files.exr import exr_headers, openexr, read_exr, write_exr
-from spectral_core.files.guarded import no_file, reading, require_shallow
+from spectral_core.files.guarded import is_file, no_file, reading, require_shallow
 from spectral_core.files.whole import require_own_kind
 from spectral_core.render.relight.agx_view import view_of_document
 from spectral_core.render.relight.storages import storage_of_document
@@ -83,7 +83,7 @@ def read_transport(path: str | Path, *, scene_hash: str | None = None) -> Transp
     message names the cause and the remedy.
     """
     path = path_of(path)
-    if not path.is_file():
+    if not is_file(path):
         raise FileFormatError(no_file(path, _GONE))
     what = "a transport file; record it again"
     with reading(path, what):

@@ -13,6 +13,8 @@ from typing import Any
 
 import bpy
 
+from spectral_core.files.guarded import is_file
+
 from .permitted import permitted
 
 MISSING = (1.0, 0.0, 1.0)
@@ -109,7 +111,7 @@ def _wind(movie: Any, number: int) -> None:
 @contextmanager
 def _loaded(like: Any, path: str) -> Iterator[Any]:
     """A file as an image of the same settings."""
-    if not Path(path).is_file():
+    if not is_file(path):
         yield None
         return
     made = permitted(lambda: _read_as(like, path))
