@@ -155,10 +155,18 @@ def tubes(
         positions.astype(np.float32),
         faces.astype(np.uint32),
         normals=directions.astype(np.float32),
-        uvs=None if uvs is None else uvs[:, :2].astype(np.float32),
+        uvs=_no_uvs(reads, len(positions)) if uvs is None else uvs[:, :2].astype(np.float32),
         attributes=tuple(Attribute(key, values.astype(np.float32)) for key, values in at_vertices.items()),
         is_strands=True,
     )
+
+
+def _no_uvs(reads: frozenset[str], count: int) -> NDArray[np.float32] | None:
+    """Zeros (count, 2) where materials read UVs that strands or points do not have: 0 in Cycles.
+
+    A mesh without UVs would show the parametric coordinates of its triangles.
+    """
+    return np.zeros((count, 2), np.float32) if "uv" in reads else None
 
 
 def _places(strand: Array, thickness: Array) -> Array:
@@ -248,6 +256,7 @@ def points_mesh(name: str, cloud: Any, reads: frozenset[str] = frozenset()) -> M
         positions.reshape(-1, 3).astype(np.float32),
         triangles[shown].reshape(-1, 3).astype(np.uint32),
         normals=normals.reshape(-1, 3).astype(np.float32),
+        uvs=_no_uvs(reads, normals.shape[0] * normals.shape[1]),
         attributes=tuple(
             Attribute(read, np.repeat(values, len(directions), axis=0))
             for read, values in of_points(cloud, reads, places, radii)

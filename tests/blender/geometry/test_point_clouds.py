@@ -49,6 +49,33 @@ def test_generated_coordinates_of_points_are_their_positions(build, tmp_path):
     assert off.max() < 0.03 * expected.max()
 
 
+def test_uvs_that_points_and_strands_do_not_have_are_0(build, tmp_path):
+    """As in Cycles; parametric coordinates of their triangles were shown, 0.19 in the mean."""
+    from blender_addon import compat
+
+    settings(samples=4, size=24)
+    material = build.material("Glow", "ShaderNodeEmission")
+    tree = compat.use_nodes(material)
+    place, add = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeVectorMath")
+    add.inputs[1].default_value = (0, 0, 0.5)
+    tree.links.new(place.outputs["UV"], add.inputs[0])
+    tree.links.new(add.outputs[0], tree.nodes["shader"].inputs["Color"])
+    _points(build, material)
+    curves = bpy.data.hair_curves.new("Curves")
+    curves.add_curves([2])
+    curves.points.foreach_set("position", [0.0, 0.8, 0.0, 1.6, 0.8, 0.0])
+    curves.attributes.new("radius", "FLOAT", "POINT").data.foreach_set("value", [0.2, 0.2])
+    curves.materials.append(material)
+    bpy.context.collection.objects.link(bpy.data.objects.new("Curves", curves))
+    build.camera((0.8, 0.3, 6), type="ORTHO", ortho_scale=3.2)
+    bpy.context.view_layer.update()
+    expected = cycles(tmp_path)
+    found, _ = ours()
+    for picture in (found, expected):
+        assert picture[..., 2].max() > 0.49
+        assert np.abs(picture[..., :2]).max() < 1e-3 * picture[..., 2].max()
+
+
 @pytest.mark.parametrize(("scale", "is_told"), [((1, 1, 1), False), ((2, -2, 2), False), ((1, 1, 0.5), True)])
 def test_stretched_points_have_a_note(build, translate, scale, is_told):
     _points(build, build.material()).scale = scale
