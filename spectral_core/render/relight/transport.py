@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, require_declared, require_kind, require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError, counted
 from spectral_core.render.light_groups import (
     emits,
@@ -79,6 +79,9 @@ class Transport:
     """Features that the recording approximates; files do not contain them."""
 
     def __post_init__(self) -> None:
+        require_declared(self)
+        for name in ("channels", "coverage"):
+            require_kind(f"{name} of a transport", getattr(self, name), np.ndarray, "of float32")
         expected, given = (len(self.groups), self.storage.channel_count, *self.coverage.shape), self.channels
         if given.shape != expected or given.dtype != np.float32:
             raise InvalidInputError(
