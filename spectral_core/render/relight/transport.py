@@ -80,20 +80,19 @@ class Transport:
 
     def __post_init__(self) -> None:
         require_declared(self)
-        for name in ("channels", "coverage"):
-            require_kind(f"{name} of a transport", getattr(self, name), np.ndarray, "of float32")
+        require_kind("channels of a transport", self.channels, np.ndarray, "of float32")
+        require_kind("coverage of a transport", self.coverage, np.ndarray, "of float32")
         expected, given = (len(self.groups), self.storage.channel_count, *self.coverage.shape), self.channels
         if given.shape != expected or given.dtype != np.float32:
             raise InvalidInputError(
-                f"channels are {given.dtype} of shape {given.shape}; expected float32 of shape {expected}"
+                f"channels are {given.dtype} of shape {given.shape}; expected float32 of {expected}"
             )
         if self.look is not None:
             look = frozen_array("the matrix of a look", self.look, (3, 3))
             object.__setattr__(self, "look", None if np.array_equal(look, np.eye(3)) else look)
 
     def __repr__(self) -> str:
-        width, height = self.size
-        size = f"{width}×{height} pixels, {counted(self.samples, 'sample')}"
+        size = f"{'×'.join(map(str, self.size))} pixels, {counted(self.samples, 'sample')}"
         return f"Transport({self.storage.kind}, {size}, light groups {self.groups})"
 
     @property
