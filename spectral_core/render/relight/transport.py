@@ -84,9 +84,7 @@ class Transport:
         require_kind("coverage of a transport", self.coverage, np.ndarray, "of float32")
         expected, given = (len(self.groups), self.storage.channel_count, *self.coverage.shape), self.channels
         if given.shape != expected or given.dtype != np.float32:
-            raise InvalidInputError(
-                f"channels are {given.dtype} of shape {given.shape}; expected float32 of {expected}"
-            )
+            raise InvalidInputError(f"channels are {given.dtype} {given.shape}; expected float32 {expected}")
         if self.look is not None:
             look = frozen_array("the matrix of a look", self.look, (3, 3))
             object.__setattr__(self, "look", None if np.array_equal(look, np.eye(3)) else look)
