@@ -174,18 +174,26 @@ def require_kind(name: str, value: object, kind: type, hint: str = "") -> None:
 
 
 def require_choices(item: Any) -> None:
-    """Raise UnknownNameError if a field of a dataclass whose type is a ``Literal`` has none of its values."""
+    """Raise UnknownNameError if a field whose type is a ``Literal``, or one or None, has none of its values."""
     kind: Any = type(item)
-    for name, choices in _choices(kind).items():
+    for name, (choices, is_optional) in _choices(kind).items():
         value = getattr(item, name)
+        if value is None and is_optional:
+            continue
         if not isinstance(value, str) or value not in choices:  # an array is compared with each by its elements
             raise UnknownNameError.among(f"{name.replace('_', ' ')} of {kind.__name__}", str(value), choices)
 
 
 @cache
-def _choices(kind: type) -> dict[str, tuple[Any, ...]]:
-    hints = get_type_hints(kind)
-    return {name: get_args(hint) for name, hint in hints.items() if get_origin(hint) is Literal}
+def _choices(kind: type) -> dict[str, tuple[tuple[Any, ...], bool]]:
+    """Values of each field that takes only such values, and whether it may be None."""
+    found = {}
+    for name, hint in get_type_hints(kind).items():
+        parts = get_args(hint) if _is_union(hint) else (hint,)
+        rest = [part for part in parts if part is not type(None)]
+        if len(rest) == 1 and get_origin(rest[0]) is Literal:
+            found[name] = (get_args(rest[0]), len(parts) > 1)
+    return found
 
 
 def require_declared(item: Any) -> None:

@@ -18,7 +18,7 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_whole
+from spectral_core.checks import require_kind, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.lattice.polynomials import (
     CharacteristicPolynomial,
@@ -35,6 +35,7 @@ class LatticeClass:
     index: int = 0
 
     def __post_init__(self) -> None:
+        require_kind("the polynomial of a lattice class", self.polynomial, CharacteristicPolynomial)
         known = len(_extra_matrices(self.polynomial)) + 1
         if not 0 <= require_whole("the class index", self.index, -1 << 31, 1 << 31) < known:
             raise InvalidInputError(

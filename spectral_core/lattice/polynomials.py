@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_whole
+from spectral_core.checks import require_declared, require_whole
 from spectral_core.errors import InvalidInputError
 
 MAX_DIMENSIONS = 16
@@ -45,6 +45,7 @@ class CharacteristicPolynomial:
         _check_dimensions_and_rate(self.dimensions, self.rate)
         # K holds integers: with any other number the lattice would contain no copy of itself.
         require_whole("the middle coefficient C", self.middle, -MAX_RATE, MAX_RATE)
+        require_declared(self)
         if self.dimensions % 2 and (self.middle or self.improper):
             raise InvalidInputError(
                 f"dimension {self.dimensions} is odd: its only polynomial is xⁿ - {self.rate}; leave out the middle "

@@ -15,7 +15,14 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range, require_text
+from spectral_core.checks import (
+    frozen_array,
+    read_only_when_copied,
+    require_declared,
+    require_kind,
+    require_range,
+    require_text,
+)
 from spectral_core.errors import InvalidInputError, UnknownNameError
 from spectral_core.palette.cell import LARGEST, Cell, CellMode, require_size
 from spectral_core.palette.given import (
@@ -57,6 +64,7 @@ class PaletteLight:
         for name in ("primaries", "variants"):
             object.__setattr__(self, name, sequence_of(f"{name} of light {self.name!r}", getattr(self, name)))
             require_each(f"{name} of light {self.name!r}", getattr(self, name), Illuminant, "an Illuminant")
+        require_declared(self)
         for each in (self.spectrum, *self.primaries, *self.variants):
             require_size(f"light {each.name!r}", each.values)
         requests = {
@@ -223,8 +231,8 @@ class PaletteProblem:
             ("match", ("linear", "perceptual")),
             ("robustness", ("soft", "worst_case")),
         ):
-            if getattr(self, name) not in choices:
-                raise InvalidInputError(f"{name} is {getattr(self, name)!r}; expected one of {', '.join(choices)}")
+            if not isinstance(given := getattr(self, name), str) or given not in choices:
+                raise InvalidInputError(f"{name} is {given!r}; expected one of {', '.join(choices)}")
         for name in ("reflectance_bounds", "light_bounds"):
             require_bounds(name, getattr(self, name))
 

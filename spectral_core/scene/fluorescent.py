@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import require_declared, require_range
+from spectral_core.checks import require_declared, require_kind, require_range
 from spectral_core.errors import InvalidInputError, counted
 from spectral_core.scene.paint import Color, Paint, gray, require_paint
 from spectral_core.scene.shading.program import Computed
@@ -48,7 +48,8 @@ class Fluorescent:
                 f"{counted(len(self.amounts), 'amount')}; give one per dye"
             )
         for dye, amount in zip(self.dyes, self.amounts, strict=True):
-            require_range(f"the amount of dye {dye.name!r}", float(amount), 0.0, 1e6)
+            require_kind("a dye of a fluorescent surface", dye, FluorescentDye)
+            require_range(f"the amount of dye {dye.name!r}", amount, 0.0, 1e6)
         nm = _checked_nm(self.color, self.dyes)
         sent_out = share_per_amount(self.dyes, nm) @ np.asarray(self.amounts, dtype=np.float64)
         name = self.color.name if isinstance(self.color, Spectrum) else "fluorescent"

@@ -172,7 +172,8 @@ def corners_of(points: NDArray[Any]) -> NDArray[np.float64]:
 
 def _require_whole_numbers(mesh: Mesh, name: str, most: int = 0xFFFFFFFF) -> None:
     """Raise InvalidInputError for numbers that are not whole, or that another type of integers would change."""
-    array = np.asarray(getattr(mesh, name))
+    given = getattr(mesh, name)
+    array = given if isinstance(given, np.ndarray) else as_array(f"mesh {mesh.name!r} has {name} of", given, None)
     if array.dtype in (np.dtype(np.uint16), np.dtype(np.uint32)) and np.iinfo(array.dtype).max <= most:
         return  # every frame passes a million triangles through here
     if array.size and array.dtype.kind not in "iu":
@@ -253,9 +254,10 @@ class VolumeObject:
     hidden_from: Rays = Rays.NONE
 
     def __post_init__(self) -> None:
-        if np.ndim(self.data) != 3:
-            shape = np.shape(self.data)
-            raise InvalidInputError(f"volume {self.name!r} has data of shape {shape}; expected (nx, ny, nz)")
+        if not isinstance(self.data, np.ndarray):
+            object.__setattr__(self, "data", as_array(f"volume {self.name!r} has data of", self.data, None))
+        if self.data.ndim != 3:
+            raise InvalidInputError(f"volume {self.name!r} has data of shape {self.data.shape}; expected (nx, ny, nz)")
         object.__setattr__(self, "world_from_index", affine(f"volume {self.name!r}", self.world_from_index))
         require_range(f"the quality of volume {self.name!r}", self.quality, 10.0, 90.0, " dB")
 

@@ -9,7 +9,14 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_declared, require_finite, require_range
+from spectral_core.checks import (
+    as_array,
+    frozen_array,
+    read_only_when_copied,
+    require_declared,
+    require_finite,
+    require_range,
+)
 from spectral_core.errors import InvalidInputError
 from spectral_core.scene.shading.program import Computed
 from spectral_core.scene.spectral_image import SpectralImage
@@ -120,7 +127,7 @@ class ImageTexture:
     uv_from_mesh_uv: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
-        pixels = np.ascontiguousarray(self.pixels)
+        pixels = as_array(f"image {self.name!r} has pixels of", self.pixels, None)
         if pixels.ndim != 3 or pixels.shape[2] not in (1, 3, 4) or 0 in pixels.shape:
             raise InvalidInputError(
                 f"image {self.name!r} has pixels of shape {pixels.shape}; "

@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from spectral_core.checks import require_declared, require_kind, require_range, require_whole
-from spectral_core.errors import InvalidInputError, UnknownNameError
+from spectral_core.errors import InvalidInputError
 from spectral_core.scene.camera import MOST_EXPOSURE, Camera, Film
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject
 from spectral_core.scene.lights import Light, World
@@ -89,8 +89,6 @@ class RenderSettings:
         require_declared(self)
         require_range("display_exposure", self.display_exposure, 1e-20, 1e20)
         require_range("tolerance_delta_e", self.tolerance_delta_e, 0.0, 1e9)
-        if self.transport not in (None, "rgb", "spectral"):
-            raise UnknownNameError.among("transport", str(self.transport), ("rgb", "spectral"))
         if self.max_bounces is not None:
             require_whole("max_bounces", self.max_bounces, 0, 1 << 20)
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_declared
+from spectral_core.checks import as_array, frozen_array, read_only_when_copied, require_declared
 from spectral_core.errors import InvalidInputError
 from spectral_core.spectra.color import RGB_FROM_XYZ
 from spectral_core.spectra.observer import xyz_from_product
@@ -37,7 +37,7 @@ class SpectralImage:
 
     def __post_init__(self) -> None:
         require_declared(self)
-        weights = np.ascontiguousarray(self.weights, dtype=np.float16)
+        weights = as_array(f"spectral image {self.name!r} has weights of", self.weights, np.float16)
         if weights.ndim != 3 or 0 in weights.shape or len(weights) > MOST_SPECTRA:
             raise InvalidInputError(
                 f"spectral image {self.name!r} has weights of shape {weights.shape}; expected (1 to {MOST_SPECTRA} "

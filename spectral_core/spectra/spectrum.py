@@ -20,6 +20,7 @@ from spectral_core.checks import (
     frozen_array,
     read_only_when_copied,
     real_numbers,
+    require_choices,
     require_kind,
     require_range,
     require_text,
@@ -59,8 +60,7 @@ class SpectralGrid:
                 f"{', '.join(f'{wavelength:g}' for wavelength in wavelengths[:4]) or 'none'}"
                 f"{f', … ({wavelengths.size})' if wavelengths.size > 4 else ''}"
             )
-        if self.interpolation not in ("linear", "sampled"):
-            raise InvalidInputError(f"interpolation is {self.interpolation!r}; expected 'linear' or 'sampled'")
+        require_choices(self)
         object.__setattr__(self, "wavelengths_nm", wavelengths)
 
     @classmethod

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import (
+    as_array,
     frozen_array,
     read_only,
     read_only_when_copied,
@@ -113,7 +114,7 @@ class ScalarVolume:
 
 def _frozen_data(name: str, values: ArrayLike) -> NDArray[Any]:
     require_unmasked(f"volume {name!r}", values)
-    array = np.asarray(values)
+    array = values if isinstance(values, np.ndarray) else as_array(f"volume {name!r} is of", values, None)
     if array.dtype.kind not in "iuf":
         raise InvalidInputError(
             f"volume {name!r} holds {array.dtype}; expected an integer or float type, convert it with astype first"

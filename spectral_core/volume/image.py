@@ -32,7 +32,7 @@ class Stepping:
 
     def __post_init__(self) -> None:
         for what, name, known in (("step rule", self.rule, RULES), ("quadrature", self.quadrature, QUADRATURES)):
-            if name not in known:
+            if not isinstance(name, str) or name not in known:
                 raise UnknownNameError.among(what, str(name), known)
         object.__setattr__(self, "scale", require_range("the scale of the steps", self.scale, 0.0, MOST_SCALE))
 

@@ -235,7 +235,7 @@ def test_the_outermost_controls_are_accepted(control: tuple[str, int, str]) -> N
 def test_controls_just_beyond_are_refused(text: str) -> None:
     with pytest.raises(InvalidInputError):
         Control.parse(text)
-    with pytest.raises(InvalidInputError, match="MIDI channel -1"):
+    with pytest.raises(InvalidInputError, match="MIDI channel is -1"):
         Control("cc", -1, "3")
 
 

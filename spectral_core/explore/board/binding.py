@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import Literal, Self
 
+from spectral_core.checks import require_declared, require_whole
 from spectral_core.errors import InvalidInputError
 
 CONTROL_KINDS = ("cc", "cc14", "nrpn", "bend", "osc")
@@ -34,10 +35,10 @@ class Control:
     address: str = ""
 
     def __post_init__(self) -> None:
-        if self.kind not in CONTROL_KINDS:
+        if not isinstance(self.kind, str) or self.kind not in CONTROL_KINDS:
             raise InvalidInputError(f"control kind {self.kind!r} is not one of {', '.join(CONTROL_KINDS)}")
-        if not 0 <= self.channel <= 15:
-            raise InvalidInputError(f"MIDI channel {self.channel} is not from 0 to 15")
+        require_declared(self)
+        object.__setattr__(self, "channel", require_whole("the MIDI channel", self.channel, 0, 15))
         if self.kind == "osc" and (self.channel or not self.address.startswith("/")):
             raise InvalidInputError(
                 f"{str(self)[:80]!r} names no OSC fader; expected channel 0 and an address: they start with '/', as in "

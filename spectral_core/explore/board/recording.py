@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied
+from spectral_core.checks import frozen_array, read_only_when_copied, require_declared
 from spectral_core.documents import Schema, read_document, write_document
 from spectral_core.errors import InvalidInputError
 
@@ -33,6 +33,7 @@ class Recording:
     positions: Array
 
     def __post_init__(self) -> None:
+        require_declared(self)
         object.__setattr__(self, "times", frozen_array("times", self.times, (None,)))
         shape = (self.times.size, len(self.targets))
         object.__setattr__(self, "positions", frozen_array("positions", self.positions, shape))

@@ -18,7 +18,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.errors import InvalidInputError, UnknownNameError, counted
+from spectral_core.checks import require_choices
+from spectral_core.errors import InvalidInputError, counted
 from spectral_core.explore.sweep.batches.drawn import sobol_batches
 from spectral_core.explore.sweep.batches.latin import latin_batches
 from spectral_core.explore.sweep.parameters import Space, Value
@@ -60,8 +61,7 @@ class Design:
     shifts: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.kind not in DESIGNS:
-            raise UnknownNameError.among("sampling design", str(self.kind), DESIGNS)
+        require_choices(self)
         if isinstance(self.budget, bool) or not isinstance(self.budget, int) or not 1 <= self.budget <= MAX_BUDGET:
             raise InvalidInputError(
                 f"the budget is {self.budget!r} points; expected a whole number from 1 to {MAX_BUDGET}"

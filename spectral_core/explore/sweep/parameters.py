@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import require_choices, require_declared, require_kind
 from spectral_core.errors import InvalidInputError, UnknownNameError
 
 Value = float | int | str
@@ -76,11 +77,7 @@ class Parameter:
                 f"a parameter is named {self.name!r}; expected letters, digits and underscores, such as key_energy_w, "
                 f"and none of {', '.join(RESERVED_COLUMNS)}, FILE…, which mean something else in a table"
             )
-        if self.scale not in ("linear", "log") or self.kind not in ("real", "integer", "choice"):
-            raise InvalidInputError(
-                f"parameter {self.name!r} has scale {self.scale!r} and kind {self.kind!r}; expected scale linear or "
-                "log, kind real, integer or choice"
-            )
+        require_choices(self)
         if self.kind == "choice":
             self._check_choices()
             return
@@ -226,6 +223,10 @@ class Space:
     parameters: tuple[Parameter, ...]
 
     def __post_init__(self) -> None:
+        require_declared(self)
+        for number, parameter in enumerate(self.parameters):
+            require_kind(f"parameter {number} of the sweep", parameter, Parameter)
+        object.__setattr__(self, "parameters", tuple(self.parameters))
         names = self.names
         if not 1 <= len(names) <= MAX_PARAMETERS:
             raise InvalidInputError(f"the sweep has {len(names)} parameters; expected 1 to {MAX_PARAMETERS}")

@@ -58,7 +58,7 @@ class Colorants:
     dot_gain_n: float = 2.0
 
     def __post_init__(self) -> None:
-        if self.kind not in ("paints", "inks", "filters"):
+        if not isinstance(self.kind, str) or self.kind not in ("paints", "inks", "filters"):
             raise InvalidInputError(f"colorants are {self.kind!r}; expected 'paints', 'inks' or 'filters'")
         object.__setattr__(self, "names", sequence_of(f"names of the {self.kind}", self.names))
         require_kind(f"the grid of the {self.kind}", self.grid, SpectralGrid, "such as design_grid()")

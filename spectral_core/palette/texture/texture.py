@@ -12,7 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_finite, require_range
+from spectral_core.checks import as_array, frozen_array, read_only_when_copied, require_finite, require_range
 from spectral_core.errors import InvalidInputError, UnknownNameError, counted
 from spectral_core.palette.given import require_each, sequence_of
 from spectral_core.palette.texture.basis import MOST_SPECTRA, TextureBasis, design_basis
@@ -40,7 +40,7 @@ class Picture:
     pixels: NDArray[np.generic]
 
     def __post_init__(self) -> None:
-        pixels = np.asarray(self.pixels)
+        pixels = as_array(f"picture {self.name!r} has pixels of", self.pixels, None)
         if pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
             raise InvalidInputError(f"picture {self.name!r} has shape {pixels.shape}; expected (height, width, 3)")
         if pixels.dtype not in (np.uint8, np.uint16) and pixels.dtype.kind != "f":
@@ -84,7 +84,7 @@ class SpectralTexture:
     lights: tuple[Illuminant, ...]
 
     def __post_init__(self) -> None:
-        weights = np.ascontiguousarray(self.weights, dtype=np.float16)
+        weights = as_array("weights of a texture are of", self.weights, np.float16)
         if weights.ndim != 3:
             raise InvalidInputError(f"weights have shape {weights.shape}; expected (spectra, height, width)")
         weights.setflags(write=False)

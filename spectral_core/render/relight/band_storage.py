@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from spectral_core.checks import require_whole
 from spectral_core.errors import InvalidInputError, counted
 from spectral_core.render.images.spectral_exr import LAYOUT, spectral_channel
 from spectral_core.render.relight.storage import Array, Storage
@@ -33,7 +34,7 @@ class BandStorage(Storage):
     exr_header: ClassVar[dict[str, Any]] = LAYOUT
 
     def __post_init__(self) -> None:
-        if self.count not in BAND_COUNTS:
+        if require_whole("count of bands", self.count, 1, WAVELENGTHS_NM.size) not in BAND_COUNTS:
             raise InvalidInputError(f"{counted(self.count, 'band')}; expected one of {BAND_COUNTS}")
 
     @classmethod

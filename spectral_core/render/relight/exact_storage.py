@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from spectral_core.checks import require_kind
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.images.spectral_exr import spectral_channel
 from spectral_core.render.relight.storage import Array, Storage
@@ -31,6 +32,7 @@ class ExactStorage(Storage):
     kind: ClassVar[str] = "exact"
 
     def __post_init__(self) -> None:
+        require_kind("knots of an exact transport", self.knots, SpectralGrid)
         nm = self.knots.wavelengths_nm
         if np.any(nm != np.round(nm)) or nm[0] < FIRST_NM or nm[-1] > LAST_NM:
             raise InvalidInputError(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_text
+from spectral_core.checks import frozen_array, read_only_when_copied, require_declared, require_kind, require_text
 from spectral_core.errors import InvalidInputError, RenderCancelled, UnknownNameError, counted
 from spectral_core.render.light_groups import (
     emits,
@@ -79,18 +79,18 @@ class Transport:
     """Features that the recording approximates; files do not contain them."""
 
     def __post_init__(self) -> None:
+        require_declared(self)
+        require_kind("channels of a transport", self.channels, np.ndarray, "of float32")
+        require_kind("coverage of a transport", self.coverage, np.ndarray, "of float32")
         expected, given = (len(self.groups), self.storage.channel_count, *self.coverage.shape), self.channels
         if given.shape != expected or given.dtype != np.float32:
-            raise InvalidInputError(
-                f"channels are {given.dtype} of shape {given.shape}; expected float32 of shape {expected}"
-            )
+            raise InvalidInputError(f"channels are {given.dtype} {given.shape}; expected float32 {expected}")
         if self.look is not None:
             look = frozen_array("the matrix of a look", self.look, (3, 3))
             object.__setattr__(self, "look", None if np.array_equal(look, np.eye(3)) else look)
 
     def __repr__(self) -> str:
-        width, height = self.size
-        size = f"{width}×{height} pixels, {counted(self.samples, 'sample')}"
+        size = f"{'×'.join(map(str, self.size))} pixels, {counted(self.samples, 'sample')}"
         return f"Transport({self.storage.kind}, {size}, light groups {self.groups})"
 
     @property

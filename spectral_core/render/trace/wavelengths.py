@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.checks import frozen_array, read_only_when_copied, require_whole
+from spectral_core.checks import frozen_array, read_only_when_copied, require_declared, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.render.trace.measure.sensitivity import responses_at_1_nm, sensitivity
 from spectral_core.render.trace.measure.slots import in_slots
@@ -54,6 +54,7 @@ class Bands:
     pieces: Array | None = None
 
     def __post_init__(self) -> None:
+        require_declared(self)
         shape = (len(self.names), WAVELENGTHS_NM.size)
         object.__setattr__(self, "responses", frozen_array("band responses", self.responses, shape))
         if self.pieces is not None:

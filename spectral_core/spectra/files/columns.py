@@ -41,8 +41,8 @@ class ReadOptions:
     value_unit: str | None = None
 
     def __post_init__(self) -> None:
-        if self.kind is not None and self.kind not in KINDS:
-            raise UnknownNameError.among("kind of spectrum", self.kind, get_args(SpectrumKind))
+        if self.kind is not None and (not isinstance(self.kind, str) or self.kind not in KINDS):
+            raise UnknownNameError.among("kind of spectrum", str(self.kind), get_args(SpectrumKind))
         for name, known in (("wavelength_unit", NM_PER_UNIT), ("value_unit", FRACTION_PER_UNIT)):
             given = getattr(self, name)
             if given is not None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
-from spectral_core.checks import path_of, require_kind
+from spectral_core.checks import path_of, require_declared, require_kind
 from spectral_core.errors import FileFormatError, InvalidInputError, UnknownNameError
 from spectral_core.files.guarded import read_text, reading
 from spectral_core.files.whole import write_text
@@ -75,6 +75,7 @@ class SpdxDocument:
     """Reflection or transmission geometry, such as ``"di:8"``; None if not stated."""
 
     def __post_init__(self) -> None:
+        require_declared(self)
         if self.quantity not in KIND_OF_QUANTITY:
             raise UnknownNameError.among("spectral quantity of TM-27-14", self.quantity, KIND_OF_QUANTITY)
         unknown = set(self.header) - set(HEADER_ELEMENTS)
