@@ -17,7 +17,7 @@ from spectral_core.errors import InvalidInputError, counted
 from spectral_core.palette.given import require_each, sequence_of
 from spectral_core.palette.recipe.channels import combinations_of
 from spectral_core.palette.recipe.fidelity import FidelityReference
-from spectral_core.palette.recipe.library import DOSAGE_ERROR
+from spectral_core.palette.recipe.library import DOSAGE_ERROR, amount_text
 from spectral_core.palette.recipe.white import (
     LAMP_GRID,
     RANGE_K,
@@ -66,7 +66,9 @@ class LampRecipe:
     def text(self) -> str:
         """The recipe as text lines: channel and drive level in percent."""
         lines = [
-            f"{name:24} {100 * drive:6.2f} %" for name, drive in zip(self.names, self.drives, strict=True) if drive > 0
+            f"{name:24} {amount_text(100 * drive, 2):>6} %"
+            for name, drive in zip(self.names, self.drives, strict=True)
+            if drive > 0
         ]
         return "\n".join(
             [

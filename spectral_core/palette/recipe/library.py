@@ -9,6 +9,8 @@ and makers, so they are read from a file.
 
 from __future__ import annotations
 
+import math
+
 from spectral_core.palette.texture.lights import led
 from spectral_core.spectra import catalogue
 from spectral_core.spectra.spectrum import Illuminant, Reflectance
@@ -38,3 +40,9 @@ def _of_one_watt(name: str, channel: Illuminant) -> Illuminant:
 def paint_chips() -> list[Reflectance]:
     """The 24 paints of the ColorChecker."""
     return [catalogue.reflectance(name) for name in catalogue.reflectance_names()[:24]]
+
+
+def amount_text(amount: float, decimals: int) -> str:
+    """An amount of at least 0 with so many decimals, or more for three digits: 0.00123, not 0.001."""
+    digits = 2 - math.floor(math.log10(amount)) if amount > 0 else 0
+    return f"{amount:.{max(decimals, digits)}f}"

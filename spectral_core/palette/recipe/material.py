@@ -7,7 +7,6 @@ scattering add), inks by Yule and Nielsen's halftones over Demichel's overprints
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,16 +14,15 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import least_squares
 
 from spectral_core.checks import frozen_array, read_only_when_copied, require_kind, require_range, require_whole
 from spectral_core.errors import InvalidInputError
 from spectral_core.palette.given import sequence_of
 from spectral_core.palette.paint.mixtures import halftone_shares, paint_mixture
-from spectral_core.palette.recipe.library import DOSAGE_ERROR
-from spectral_core.palette.recipe.sets import Mixing
+from spectral_core.palette.recipe.amounts import best_amounts, lab_of
+from spectral_core.palette.recipe.library import DOSAGE_ERROR, amount_text
 from spectral_core.palette.texture.reach import stimulus_matrix
-from spectral_core.spectra.color import delta_e_2000, lab_from_linear_rgb
+from spectral_core.spectra.color import delta_e_2000
 from spectral_core.spectra.observer import OBSERVER_NAMES, observer
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, SpectralGrid, Spectrum, common_grid
 
@@ -34,8 +32,8 @@ LEAST_REFLECTANCE = 1e-4
 """Least reflectance of a paint, below any measured one; a perfect black would have infinite absorption."""
 MOST_COLORANTS = 8
 """Most colorants in one recipe."""
-FINISHED, EXACT = 6, 1e-4
-"""Sets of paints or filters that are optimized to the end, until one has a squared CIELAB distance below EXACT."""
+STEP = 1e-4
+"""Share of an amount by which it is changed to find the slopes of colors."""
 
 
 @read_only_when_copied
@@ -165,7 +163,7 @@ class MaterialRecipe:
         total_g = require_range("grams of the mixture", total_g, 0.0, 1e12)
         factor, unit = {"paints": (total_g, "g"), "inks": (100.0, "%"), "filters": (1.0, "x")}[self.colorants.kind]
         pairs = zip(self.colorants.names, self.amounts, strict=True)
-        lines = [f"{name:24} {factor * amount:8.3f} {unit}" for name, amount in pairs if amount > 0]
+        lines = [f"{name:24} {amount_text(factor * amount, 3):>8} {unit}" for name, amount in pairs if amount > 0]
         for name, error, dosage in zip(self.lights, self.delta_e, self.dosage_delta_e, strict=True):
             lines.append(f"under {name}: ΔE2000 {error:.2f}; {100 * DOSAGE_ERROR:.0f} % dosage errors add {dosage:.2f}")
         return "\n".join([*lines, f"metamerism index over observers {self.metamerism_index:.2f}"])
@@ -205,14 +203,14 @@ def material_recipe(
     colorants = _on_common_knots(colorants, target)
     matrix = stimulus_matrix(lights, colorants.grid)
     aim = target.at(colorants.grid.wavelengths_nm)
-    wanted = _lab(matrix, aim)
-    amounts = _best_of_sets(colorants, matrix, wanted, most)
+    wanted = lab_of(matrix, aim)
+    amounts = best_amounts(colorants, matrix, wanted, most)
     made = colorants.reflectance(amounts)
     seen = [stimulus_matrix(lights, colorants.grid, observer(name)) for name in OBSERVER_NAMES]
-    by_observer = np.stack([delta_e_2000(_lab(each, made), _lab(each, aim)) for each in seen])
+    by_observer = np.stack([delta_e_2000(lab_of(each, made), lab_of(each, aim)) for each in seen])
     return MaterialRecipe(
         colorants, frozen_array("amounts", amounts), Reflectance(f"recipe of {target.name}", colorants.grid, made),
-        tuple(light.name for light in lights), delta_e_2000(_lab(matrix, made), wanted), by_observer,
+        tuple(light.name for light in lights), delta_e_2000(lab_of(matrix, made), wanted), by_observer,
         float(by_observer.max() - by_observer[0].max()), _dosage(colorants, matrix, amounts, seed),
         time.perf_counter() - started,
     )  # fmt: skip
@@ -229,71 +227,19 @@ def _on_common_knots(colorants: Colorants, target: Reflectance) -> Colorants:
     return replace(colorants, grid=grid, spectra=spectra, paper=np.interp(knots, own, np.asarray(colorants.paper)))
 
 
-def _lab(matrix: Array, reflectance: Array) -> Array:
-    """CIELAB (L, 3) under each light, relative to the light's white."""
-    return lab_from_linear_rgb((matrix @ reflectance).reshape(-1, 3))
-
-
-def _best_of_sets(colorants: Colorants, matrix: Array, wanted: Array, most: int) -> Array:
-    """Amounts (k,) of the best set: of all sets of inks, which are few; of paints and filters as ``Mixing`` finds."""
-    count, best = len(colorants.names), (np.inf, np.zeros(len(colorants.names)))
-    if colorants.kind == "inks":
-        everything = _fitted(colorants, matrix, wanted, tuple(range(count)))
-        if np.count_nonzero(everything) <= most:
-            return everything
-        sets = list(itertools.combinations(range(count), most))
-    else:
-        paper = None if colorants.kind == "paints" else colorants.paper
-        sets = Mixing.of(colorants.spectra, paper, colorants.most, matrix, wanted).best_sets(most, FINISHED)
-    for chosen in sets:
-        amounts = _fitted(colorants, matrix, wanted, chosen)
-        error = float(np.sum((_lab(matrix, colorants.reflectance(amounts)) - wanted) ** 2))
-        best = min(best, (error, amounts), key=lambda each: each[0])
-        if error < EXACT:
-            break
-    return best[1]
-
-
-def _fitted(colorants: Colorants, matrix: Array, wanted: Array, chosen: tuple[int, ...]) -> Array:
-    """Amounts of the chosen colorants alone, by bounded least squares in CIELAB from three starts."""
-    count = len(colorants.names)
-
-    def full(part: Array) -> Array:
-        amounts = np.zeros(count)
-        amounts[list(chosen)] = part
-        return amounts
-
-    def residual(part: Array) -> Array:
-        # Shares of paint are scale free; a small weight on the sum 1 makes the answer unique.
-        of_sum = [1e-3 * (part.sum() - 1)] if colorants.kind == "paints" else []
-        return np.concatenate([(_lab(matrix, colorants.reflectance(full(part))) - wanted).ravel(), of_sum])
-
-    low = 1e-9 if colorants.kind == "paints" else 0.0
-    starts = [np.full(len(chosen), 1 / len(chosen)), np.full(len(chosen), 0.1), np.linspace(0.6, 0.1, len(chosen))]
-    found = [least_squares(residual, start, bounds=(low, colorants.most), x_scale=0.1) for start in starts]
-    part = min(found, key=lambda answer: answer.cost).x
-    if colorants.kind == "paints":
-        part = part / part.sum()
-    part = np.where(part < 1e-4 * part.max(initial=1e-12), 0.0, part)
-    return full(part / part.sum() if colorants.kind == "paints" else part)
-
-
 def _dosage(colorants: Colorants, matrix: Array, amounts: Array, seed: int) -> Array:
     """Mean ΔE2000 (L,) of normal errors of ``DOSAGE_ERROR`` of each amount, by first-order propagation in CIELAB."""
     used = np.flatnonzero(amounts)
-    center = _lab(matrix, colorants.reflectance(amounts))
-    step = 1e-4
-    slopes = []
-    for index in used:
-        up, down = amounts.copy(), amounts.copy()
-        up[index] *= 1 + step
-        down[index] *= 1 - step
-        difference = _lab(matrix, _within(colorants, up)) - _lab(matrix, _within(colorants, down))
-        slopes.append(difference / (2 * step))
+    center = lab_of(matrix, colorants.reflectance(amounts))
     noise = np.random.default_rng(seed).normal(scale=DOSAGE_ERROR, size=(2000, len(used)))
-    shifted = center + np.einsum("sk,klc->slc", noise, np.array(slopes))
+    # No ink covers more than all of the paper, however much of it is printed.
+    room = np.full(len(used), np.inf) if colorants.kind != "inks" else colorants.most / amounts[used] - 1
+    slopes = []
+    for index, above in zip(used, np.minimum(room, STEP), strict=True):
+        up, down = amounts.copy(), amounts.copy()
+        up[index] = up[index] * (1 + above) if above == STEP else colorants.most
+        down[index] *= 1 - STEP
+        difference = lab_of(matrix, colorants.reflectance(up)) - lab_of(matrix, colorants.reflectance(down))
+        slopes.append(difference / (above + STEP))
+    shifted = center + np.einsum("sk,klc->slc", np.minimum(noise, room), np.array(slopes))
     return np.asarray(delta_e_2000(shifted, np.broadcast_to(center, shifted.shape)).mean(axis=0))
-
-
-def _within(colorants: Colorants, amounts: Array) -> Array:
-    return colorants.reflectance(np.minimum(amounts, colorants.most) if colorants.kind == "inks" else amounts)

@@ -16,6 +16,7 @@ from spectral_core.palette.recipe.material import Colorants, material_recipe
 from spectral_core.palette.texture.reach import stimulus_matrix
 from spectral_core.spectra.catalogue import illuminant, reflectance
 from spectral_core.spectra.color import WHITE_XYZ, XYZ_FROM_RGB
+from spectral_core.spectra.spectrum import Reflectance
 
 LIGHTS = [illuminant("D65"), illuminant("A")]
 CHIPS = (
@@ -91,3 +92,16 @@ def test_a_tolerance_past_the_color_temperatures_is_cut_off() -> None:
     found = lamp_recipe(led_channels(), 1500, quality=LampQuality(99.9, cct_tolerance_k=2000), most_channels=3)
     assert not found.met
     assert found.cct_k > 1000
+
+
+@pytest.mark.parametrize("share", [2e-5, 9e-5])
+def test_a_trace_of_black_that_white_needs_is_kept(share: float) -> None:
+    """Less than a ten-thousandth of a black paint was left out, though it darkens a white by ΔE2000 1.3 to 3.7."""
+    grid = reflectance("white 9.5 (.05 D)").grid
+    pair = np.stack([np.full(grid.size, 0.95), np.full(grid.size, 0.002)])
+    target = Reflectance("gray", grid, mixed("paints", 1 - share, pair))
+    found = material_recipe(Colorants("paints", ("white", "black"), grid, pair), target, LIGHTS)
+    assert found.amounts[1] == pytest.approx(share, rel=1e-3)
+    assert found.delta_e.max() < 0.01
+    grams = float(found.text(10.0).splitlines()[1].split()[1])
+    assert grams == pytest.approx(10 * share, rel=0.005)

@@ -148,6 +148,28 @@ def test_dosage_errors_are_predicted_within_a_fifth(kind) -> None:
     np.testing.assert_allclose(recipe.dosage_delta_e, np.mean(errors, axis=0), rtol=0.2)
 
 
+def test_dosage_errors_of_inks_end_at_full_coverage() -> None:
+    """Coverages of 1 and 0.9999: full slopes and half of them were added up without the end, 0.18 for 0.13."""
+    colorants = Colorants("inks", ("cyan", "magenta"), GRID, SPECTRA[[1, 3]])
+    for wanted in ([0.0, 0.9999], [1.0, 0.9999], [1.0, 1.0]):
+        target = Reflectance("printed", GRID, colorants.reflectance(wanted))
+        recipe = material_recipe(colorants, target, LIGHTS)
+        np.testing.assert_allclose(recipe.amounts, wanted, atol=1e-4)
+        dosed = np.minimum(recipe.amounts * np.random.default_rng(8).normal(1, 0.02, (1500, 2)), 1)
+        bare, cyan, magenta = np.ones(GRID.size), SPECTRA[1], SPECTRA[3]  # Yule and Nielsen's halftones at n = 2
+        c, m = dosed.T[:, :, None]
+        over = (
+            (1 - c) * (1 - m) * bare
+            + c * (1 - m) * cyan**0.5
+            + (1 - c) * m * magenta**0.5
+            + c * m * (cyan * magenta) ** 0.5
+        )
+        shown = lab_from_linear_rgb(np.einsum("cn,sn->sc", stimulus_matrix(LIGHTS, GRID), over**2).reshape(1500, 2, 3))
+        matrix = stimulus_matrix(LIGHTS, GRID) @ recipe.reflectance.values
+        errors = delta_e_2000(shown, lab_from_linear_rgb(matrix.reshape(2, 3))[None]).mean(axis=0)
+        np.testing.assert_allclose(recipe.dosage_delta_e, errors, rtol=0.1)
+
+
 def test_few_colorants_and_limits() -> None:
     recipe = material_recipe(
         Colorants("paints", PAINTS, GRID, SPECTRA), reflectance("dark skin"), LIGHTS, most_colorants=2
