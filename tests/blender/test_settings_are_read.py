@@ -186,7 +186,7 @@ CASES = {
         "ViewLayer", _layer(), {}, {},
         {
             **_words(" ".join(n for n in entries()["ViewLayer"].read if n.startswith(("use_pass", "pass_"))),
-                     "the engine's passes: tests/blender_ui/test_passes_panel.py"),
+                     "the engine's passes: tests/blender_ui/panels/test_passes_panel.py"),
             **_words("use use_motion_blur", "the engine's"),
             **_words("material_override world_override", "pointers: tests/blender/nodes/test_translate_combined.py"),
             **_words("use_solid use_strand use_volumes", "of kinds of objects: rendered_cases.py"),

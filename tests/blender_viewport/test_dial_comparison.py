@@ -7,7 +7,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from tests.blender_viewport.test_viewport_edits import EDITS  # noqa: E402
+from tests.blender_viewport.edits.test_viewport_edits import EDITS  # noqa: E402
 
 
 def test_each_edit_is_found_as_by_a_whole_translation(stage, monkeypatch):

@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from tests.blender_viewport.test_viewport_edits import EDITS, shader, updated  # noqa: E402
+from tests.blender_viewport.edits.test_viewport_edits import EDITS, shader, updated  # noqa: E402
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 import bmesh  # noqa: E402
 
-from tests.blender_viewport.test_viewport_edits import updated  # noqa: E402
+from tests.blender_viewport.edits.test_viewport_edits import updated  # noqa: E402
 
 
 def known(stage):

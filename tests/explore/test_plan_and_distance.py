@@ -20,7 +20,7 @@ from spectral_core.explore.analysis.steps import add_distance
 from spectral_core.explore.features.picture_files import read_linear
 from spectral_core.explore.sweep.store import Store
 from spectral_core.explore.sweep.task import StoreAddress
-from tests.explore.test_sweep import opened, sweep_file
+from tests.explore.sweep.test_sweep import opened, sweep_file
 
 
 def listing(folder: Path) -> dict[str, bytes]:

@@ -16,7 +16,7 @@ from spectral_core.volume.mitsuba_integrator.settings import SceneVolume, integr
 from spectral_core.volume.pilot.rays import snr_db
 from spectral_core.volume.transfer import Material, TransferFunction
 from spectral_core.volume.view import View
-from tests.volume.test_integrator import load
+from tests.volume.march.test_integrator import load
 
 pytest.importorskip("mitsuba")
 SIZE, ASKED_DB = 20, 45.0

@@ -25,7 +25,7 @@ from spectral_core.scene import (
     gray,
 )
 from spectral_core.scene.shading import Builder
-from tests.live.test_live_programs import _pictured
+from tests.live.changes.test_live_programs import _pictured
 from tests.render.scenes import lit_plane, looking_down
 
 MEAN = np.array([0.5, 0.25, 0.125])
