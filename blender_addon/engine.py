@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import bpy
@@ -39,7 +37,7 @@ class _Place:
     view: str
     working_from_rgb: NDArray[np.float64] | None
     transparent: bool
-    header: Callable[[], dict[str, str]] = dict
+    header: dict[str, str] = field(default_factory=dict)
 
 
 class SpectralRenderEngine(bpy.types.RenderEngine):
@@ -136,7 +134,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             if scene is None or _has_own_cameras(depsgraph.scene_eval):
                 scene, color_matrix = self._translated(depsgraph)
             self.update_stats("", "Starting the renderer")
-            header = partial(cryptomatte_header, scene, depsgraph)
+            header = cryptomatte_header(scene, depsgraph)
             place = _Place(depsgraph.view_layer_eval.name, view, color_matrix, has_holes(scene), header)
             result = self._render_view(self._seen_from(scene, depsgraph), place, wanted.options)
             if wanted.rendered is not None:
@@ -179,7 +177,7 @@ class SpectralRenderEngine(bpy.types.RenderEngine):
             self.update_stats("", _state(progress))
 
         result = jobs.render(scene, on_progress=show, should_stop=self._should_stop, **options)
-        self._write(result.pixels, place, result.header | place.header(), result.passes)
+        self._write(result.pixels, place, result.header | place.header, result.passes)
         return result
 
     def _set_frame(self, frame: int, subframe: float) -> None:

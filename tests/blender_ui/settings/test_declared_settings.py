@@ -55,6 +55,7 @@ NOT_IN_RENDER = {
     "variant": "chosen by what is installed",
     "overrides": "a list of its own in the panel",
     "white": "the scene's own, no setting",
+    "display_exposure": "the exposures of Color Management and of Look Under",
     "passes": "Blender's own panel, View Layer ▸ Passes",
     "light_paths": "Blender's own panel, Light Paths",
     "scene_bounces": "Blender's own panel, Light Paths",
