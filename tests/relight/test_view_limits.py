@@ -156,7 +156,7 @@ def test_a_mix_is_the_weighted_sum_of_its_groups(rng: np.random.Generator) -> No
     with pytest.raises(InvalidInputError, match="a light cannot absorb light"):
         live.picture([1.0, -1e-9, 1.0])
     assert transport.size == (6, 4)
-    with pytest.raises(InvalidInputError, match=r"float64 of shape \(3, 3, 4, 6\)"):
+    with pytest.raises(InvalidInputError, match=r"channels are float64 \(3, 3, 4, 6\); expected float32"):
         replace(transport, channels=layers.astype(np.float64))
     with pytest.raises(InvalidInputError, match="expected float32 of shape"):
         replace(transport, coverage=coverage[:3])
