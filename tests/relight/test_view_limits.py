@@ -158,7 +158,7 @@ def test_a_mix_is_the_weighted_sum_of_its_groups(rng: np.random.Generator) -> No
     assert transport.size == (6, 4)
     with pytest.raises(InvalidInputError, match=r"channels are float64 \(3, 3, 4, 6\); expected float32"):
         replace(transport, channels=layers.astype(np.float64))
-    with pytest.raises(InvalidInputError, match="expected float32 of shape"):
+    with pytest.raises(InvalidInputError, match=r"expected float32 \(3, 3, 3, 6\)"):
         replace(transport, coverage=coverage[:3])
 
 
