@@ -43,8 +43,8 @@ class Viewport:
 
     def update(self, engine: Any, context: Any, depsgraph: Any) -> None:
         """Send the changes, and request a redraw of the view."""
-        reserve_memory(context.region)
         with self._reporting():
+            reserve_memory(context.region)
             self._session.update(context, depsgraph)
         engine.tag_redraw()
 

@@ -85,8 +85,8 @@ def _layers(size: int) -> tuple[Picture, Picture, Picture]:
     ground = np.broadcast_to(BACKGROUND + 0.10 * BARE * colors, (size, size, 3))
     coverage = _grid_coverage(np.linspace(*SPAN_NM, size), size)[..., None]
     ground = ground + (GRID_LINE - ground) * coverage
-    whole = (ground, np.broadcast_to(colors, ground.shape), np.broadcast_to(LINE, ground.shape))
-    return _opaque(whole[0], alpha), _opaque(whole[1], alpha), _opaque(whole[2], alpha)
+    fill, pen = (np.broadcast_to(color, ground.shape) for color in (colors, LINE))
+    return _opaque(ground, alpha), _opaque(fill, alpha), _opaque(pen, alpha)
 
 
 def _grid_coverage(x: NDArray[np.float64], size: int) -> NDArray[np.float64]:
