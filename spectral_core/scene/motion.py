@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from spectral_core.checks import read_only_when_copied
 from spectral_core.scene.camera import Camera
 from spectral_core.scene.geometry import Instance, Mesh, VolumeObject, affine
 
 
+@read_only_when_copied
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedVolume:
     """Where a volume of the frame is at another instant. ``world_from_index``: (4, 4), as that of a VolumeObject."""

@@ -21,7 +21,7 @@ from spectral_core.render.live.picture import ViewPicture
 from spectral_core.render.live.server import Server
 from spectral_core.render.live.stage import Stage
 from spectral_core.render.live.view import Viewpoint, ViewRequest
-from spectral_core.scene import Color, Scene
+from spectral_core.scene import Camera, Color, Film, Scene, World
 from tests.live import test_live_session as session
 from tests.live.test_live_session import HEIGHT, WIDTH, with_surface
 
@@ -225,3 +225,24 @@ def test_a_picture_read_after_each_launch_equals_one_read_at_the_end(scene: Scen
         full.append(once.pixels().copy())
     np.testing.assert_array_equal(full[0], full[1])
     np.testing.assert_array_equal(full[0], full[2])
+
+
+def test_a_scene_of_a_world_alone_is_shown() -> None:
+    """Its paths have constants for most of their state, which Dr.Jit takes out of their loop: one came back as a
+    variable, an error.
+    """
+    told: list[tuple[str, object]] = []
+    server = Server(told.append)
+    area = PixelArea.make((4 + 8) * (4 + 8))
+    empty = Scene(
+        camera=Camera(world_from_camera=np.eye(4)), film=Film(4, 4, samples=1), world=World(color=Color(np.ones(3)))
+    )
+    request = ViewRequest("stage", Viewpoint.of_camera(empty.camera, empty.film), 4, 4, 4, 1)
+    try:
+        server.hear("scene", ("stage", empty))
+        server.hear("view", ("view", request, AreaName(area.path, area.pixels)))
+        server.work()
+        assert [kind for kind, _ in told] == ["frame"], told
+        np.testing.assert_allclose(area.read(told[0][1].place), 1.0, rtol=1e-3)
+    finally:
+        area.remove()

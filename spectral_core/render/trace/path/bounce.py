@@ -69,7 +69,9 @@ def leave(integrator: Any, scene: Any, path: Any, hit: Hit, surface: Surface, bo
         border = media.is_border(shape, surface.on)
     clear_glass.cut_holes(integrator, si, surface.bsdf, path, (surface.on, surface.hole))
     path.throughput = dr.select(surface.on & ~bounce.dives, path.throughput * bounce.weight, path.throughput)
-    path.eta = dr.select(scatters, path.eta * bs.eta, path.eta)
+    # a factor, not a choice between products: Dr.Jit records a loop twice, and where each factor is a literal 1, the
+    # choice would be of one value the first time and of two the second time, which is an error
+    path.eta = path.eta * dr.select(scatters, bs.eta, 1.0)
     path.passed = dr.select((bounce.straight & ~border) | surface.hole, path.passed + 1, path.passed)
     integrator.count(path, bs, scatters)
     path.remember(si, bs, shape, scatters, integrator.sides_of(surface.bsdf, hit.leaves))
