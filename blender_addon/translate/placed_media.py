@@ -23,6 +23,8 @@ from .volumes import SEVERAL_GRIDS, GridFile
 
 FAINT = 1e-3
 """Share of the densest part of a medium below which its end cannot be seen."""
+EDGE_MARGIN = 1e-3
+"""Voxels between a tile and the box around its medium, which cuts it off there."""
 
 if TYPE_CHECKING:
     from spectral_core.volume.files.vdb.together import CommonVoxels
@@ -142,7 +144,8 @@ def _filled(
         return None, error
     medium = replace(medium, density=medium.density * scale, emission_strength=medium.emission_strength * scale)
     object_from_index = voxels.world_from_index @ np.diag([*(1.0 / parts,) * 3, 1.0])
-    border = object_from_index @ index_box(shape, BORDER_MARGIN)
+    start = np.where(voxels.begins > 0, voxels.begins * parts - EDGE_MARGIN, -0.5 - BORDER_MARGIN)
+    border = object_from_index @ index_box(shape, BORDER_MARGIN, start)
     return (border, _specific(replace(item, material=replace(item.material, surface=None)), name, medium)), error
 
 

@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.checks import (
     as_array,
@@ -115,13 +115,15 @@ def unit_box() -> Mesh:
     return Mesh(VOLUME_BOX, corners, np.array(faces, dtype=np.uint32))
 
 
-def index_box(shape: Sequence[int], margin: float = 0.0) -> NDArray[np.float64]:
+def index_box(shape: Sequence[int], margin: float = 0.0, start: ArrayLike | None = None) -> NDArray[np.float64]:
     """Matrix (4, 4) from the unit box to the voxels of a grid in index space, whose centers are whole numbers.
 
-    ``margin``: number of voxels added on each side.
+    ``margin``: number of voxels added on each side; ``start``: index (3,) at which the box begins, -0.5 - ``margin`` if
+    None.
     """
-    made = np.diag([*(float(count) + 2 * margin for count in shape), 1.0])
-    made[:3, 3] = -0.5 - margin
+    low = np.full(3, -0.5 - margin) if start is None else np.asarray(start, np.float64)
+    made = np.diag([*(np.asarray(shape) - 0.5 + margin - low), 1.0])
+    made[:3, 3] = low
     return made
 
 

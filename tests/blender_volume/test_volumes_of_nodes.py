@@ -11,15 +11,16 @@ pytest.importorskip("bpy", reason="needs the Python module bpy: pip install 'spe
 
 import bpy
 
+from blender_addon import compat
 from tests.blender_volume.test_volume_objects import _openvdb, translated  # noqa: F401 - a fixture
 
 
-def with_cube(thing: Any) -> Any:
-    """The object with nodes that make a grid of 6 × 7 × 8 voxels, of density 0.5."""
+def with_cube(thing: Any, counts: tuple[int, int, int] = (6, 7, 8)) -> Any:
+    """The object with nodes that make a grid of so many voxels, of density 0.5, from -1 to 1."""
     tree = bpy.data.node_groups.new("Grid", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     made, out = tree.nodes.new("GeometryNodeVolumeCube"), tree.nodes.new("NodeGroupOutput")
-    for axis, count in zip("XYZ", (6, 7, 8), strict=True):
+    for axis, count in zip("XYZ", counts, strict=True):
         made.inputs[f"Resolution {axis}"].default_value = count
     made.inputs["Density"].default_value = 0.5
     tree.links.new(made.outputs[0], out.inputs[0])
@@ -40,6 +41,30 @@ def test_a_transfer_function_shows_grids_of_nodes(blender: Any) -> None:
     thing.data.spectral.grid = "heat"
     scene = translated()
     assert not scene.volumes and any("'heat'" in note.message for note in scene.notes)
+
+
+@pytest.mark.parametrize("count", [12, 16])
+def test_a_cube_of_tiles_begins_at_its_first_voxel(blender: Any, count: int) -> None:
+    """Cycles fades a grid in over the voxel before its first one, but not where tiles (cubes of 8³ voxels) begin."""
+    import numpy as np
+
+    from spectral_core.scene.geometry import VOLUME_BOX
+
+    material = bpy.data.materials.new("Fog")
+    compat.use_nodes(material).nodes.clear()
+    shader, out = (material.node_tree.nodes.new(f"ShaderNode{name}") for name in ("VolumePrincipled", "OutputMaterial"))
+    material.node_tree.links.new(shader.outputs[0], out.inputs["Volume"])
+    bpy.ops.mesh.primitive_plane_add()
+    tree = with_cube(bpy.context.object, (count,) * 3).modifiers[0].node_group
+    painted, links = tree.nodes.new("GeometryNodeSetMaterial"), tree.links
+    painted.inputs["Material"].default_value = material
+    links.new(tree.nodes["Volume Cube"].outputs[0], painted.inputs[0])
+    links.new(painted.outputs[0], tree.nodes["Group Output"].inputs[0])
+    scene = translated()
+    (box,) = [item.world_from_object for item in scene.instances if item.mesh == VOLUME_BOX]
+    voxel, ends = 2 / (count - 1), box @ [[0, 1], [0, 1], [0, 1], [1, 1]]
+    np.testing.assert_allclose(ends[:3, 0], -1 - (0.001 if count % 8 == 0 else 1.6) * voxel, atol=1e-6)
+    np.testing.assert_allclose(ends[:3, 1], 1 + 1.6 * voxel, atol=1e-6)
 
 
 @pytest.mark.parametrize("background", [0.0, 0.5])

@@ -173,3 +173,43 @@ def test_clipped_grids_share_the_box_of_all(tmp_path):
     assert grids_together(path, ["density", "heat"], 0.001).shape == (4, 5, 5)
     with pytest.raises(FileFormatError, match=r"'density' of two.vdb has no voxel above 0.001; .* lower Clipping"):
         grids_together(path, ["density"], 0.001)
+
+
+def plateau(name, shape, value, *, at=(0, 0, 0)):
+    """A grid of one value, which OpenVDB stores as tiles where whole cubes of 8³ voxels have it."""
+    made = openvdb.FloatGrid()
+    made.copyFromArray(np.full(shape, value, np.float32), ijk=at)
+    made.name = name
+    return made
+
+
+@pytest.mark.parametrize(
+    ("shape", "at", "begins"),
+    [
+        ((16, 8, 24), (0, 0, 0), (1, 1, 1)),
+        ((16, 8, 24), (-8, 8, 800), (1, 1, 1)),
+        ((4096, 8, 8), (4096, 0, 0), (1, 1, 1)),
+        ((16, 8, 20), (0, 0, 0), (-0.5, -0.5, 1)),  # its last voxels are in leaves, beside its first ones but for z
+        ((16, 8, 24), (1, 0, 0), (-0.5, -0.5, -0.5)),
+        ((4, 5, 6), (0, 0, 0), (-0.5, -0.5, -0.5)),
+    ],
+)
+def test_tiles_begin_without_fading_in(tmp_path, shape, at, begins):
+    """Cycles widens the box of voxels by one, but that of tiles not."""
+    made, path = plateau("density", shape, 2.0, at=at), tmp_path / "tiles.vdb"
+    openvdb.write(str(path), grids=[made])
+    voxels = grids_together(path, ["density"], 0.001)
+    assert tuple(voxels.begins) == begins
+    assert voxels.shape == tuple(n + 2 for n in shape)
+    single = [each.min for each in made.citerOnValues() if each.count == 1]
+    lowest = np.min(single, axis=0) if single else np.full(3, np.inf)
+    assert ((lowest > at) == (np.array(begins) == 1)).all()
+    assert tuple(voxels.surrounded().begins) == tuple(2 if each == 1 else -0.5 for each in begins)
+
+
+def test_tiles_beside_other_grids_begin_with_the_first(tmp_path):
+    path, tiles = tmp_path / "two.vdb", plateau("density", (8, 8, 8), 2.0)
+    openvdb.write(str(path), grids=[tiles, grid("heat", (2, 3, 3), at=(-3, 2, 2))])
+    assert tuple(grids_together(path, ["density", "heat"]).begins) == (-0.5, 1, 1)
+    assert tuple(grids_together(path, ["density"]).begins) == (1, 1, 1)
+    assert tuple(grids_together(path, ["heat"]).begins) == (-0.5, -0.5, -0.5)

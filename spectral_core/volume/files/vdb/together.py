@@ -6,18 +6,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.volume.field import ScalarVolume
 from spectral_core.volume.files import read_volume
 from spectral_core.volume.files.payload import EmptyGridError
 from spectral_core.volume.files.vdb.read import first_of_name, grid_background, grid_names
+from spectral_core.volume.files.vdb.walk import tiles_begin
 
 MOST_RESAMPLED = 1 << 24
 """Common voxels onto which coarser grids are resampled; beyond these the voxels of the first grid serve."""
@@ -37,7 +38,8 @@ class CommonVoxels:
     ``interpolated``: names of the grids that have other voxels. ``resampled``: names of those of them whose own voxels
     are finer, so that details are lost. ``mirrored``: names of the grids whose transforms mirror. ``repeated``: names
     that several grids of the file share, of which the first one is here. ``is_clipped``: true if voxels at the ends of
-    the grids were too small to count.
+    the grids were too small to count. ``begins``: (3,) index along each axis at which the volume begins: -0.5, or that
+    of the first voxel where this one is in a tile (a cube of one value), which in Cycles does not fade in.
     """
 
     shape: tuple[int, int, int]
@@ -48,6 +50,7 @@ class CommonVoxels:
     mirrored: tuple[str, ...] = ()
     repeated: tuple[str, ...] = ()
     is_clipped: bool = False
+    begins: NDArray[np.float64] = field(default_factory=lambda: np.full(3, -0.5))
 
     def surrounded(self) -> CommonVoxels:
         """The same grids with one more voxel on each side, which has the value of the outermost one."""
@@ -61,17 +64,19 @@ class CommonVoxels:
         }
         matrix = self.world_from_index.copy()
         matrix[:3, 3] -= matrix[:3, :3].sum(axis=1)
-        return replace(self, shape=(nx, ny, nz), world_from_index=matrix, grids=grids)
+        begins = np.where(self.begins > 0, self.begins + 1, self.begins)
+        return replace(self, shape=(nx, ny, nz), world_from_index=matrix, grids=grids, begins=begins)
 
 
 @dataclass(frozen=True, eq=False)
 class _Grid:
     """A grid's components, one or three, and the value of each where the grid has no voxels; no component if it has
-    none anywhere.
+    none anywhere. ``fades_in``: (3,) voxels over which it fades in before its first one.
     """
 
     parts: list[ScalarVolume]
     outside: NDArray[np.float64]
+    fades_in: NDArray[np.float64]
 
     @property
     def voxel(self) -> float:
@@ -148,7 +153,8 @@ def grids_together(path: Path, names: Iterable[str], least: float | None = None)
         box is None or not np.array_equal(box[1] - box[0] + 1, found[name].parts[0].shape)
         for name, box in boxes.items()
     )
-    return CommonVoxels(shape, matrix, placed, others, finer, mirrored, repeated, is_clipped)
+    begins = _begin([(found[name], box) for name, box in seen.items()], matrix)
+    return CommonVoxels(shape, matrix, placed, others, finer, mirrored, repeated, is_clipped, begins)
 
 
 def _read(path: Path, name: str) -> _Grid:
@@ -162,16 +168,27 @@ def _read(path: Path, name: str) -> _Grid:
     outside = np.zeros(max(len(parts), 1))
     with suppress(FileFormatError):  # of a tree that only OpenVDB itself reads
         outside = np.atleast_1d(np.asarray(grid_background(path, name), np.float64))
-    return _Grid(parts, np.nan_to_num(outside))
+    return _Grid(parts, np.nan_to_num(outside), _fades_in(path, name, parts))
 
 
-def _region(
-    base: ScalarVolume, grids: list[tuple[ScalarVolume, Box]]
-) -> tuple[tuple[int, int, int], NDArray[np.float64]]:
+def _fades_in(path: Path, name: str, parts: list[ScalarVolume]) -> NDArray[np.float64]:
+    """Voxels over which a grid fades in before its first one along each axis: 1, or 0 where tiles begin.
+
+    Cycles widens the box of the active voxels by one, but not where they are in tiles. The last voxel of a tile fades
+    out all the same, because the box ends behind it.
+    """
+    firsts = [[part.data.take(0, axis) for part in parts] for axis in range(3)]
+    if any(all(first.min() == first.max() for first in axis) for axis in firsts if axis):
+        with suppress(FileFormatError):  # of a tree that only OpenVDB itself reads
+            return np.where(tiles_begin(path, name), 0.0, 1.0)
+    return np.ones(3)
+
+
+def _region(base: ScalarVolume, grids: list[tuple[_Grid, Box]]) -> tuple[tuple[int, int, int], NDArray[np.float64]]:
     """Shape and matrix of the voxels of ``base`` continued over boxes of voxels, each with one of its own around it."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for volume, box in grids:
-        corners = _corners(volume, box, base)
+        corners = _corners(volume, box, base.world_from_index)
         low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
     low, high = np.floor(low + 1e-3), np.ceil(high - 1e-3)
     nx, ny, nz = (int(n) for n in high - low + 1)
@@ -180,10 +197,25 @@ def _region(
     return (nx, ny, nz), matrix
 
 
-def _corners(volume: ScalarVolume, box: Box, base: ScalarVolume) -> NDArray[np.float64]:
-    """The corners (8, 3) of a box of a volume's voxels and one voxel around it, in the voxels of another."""
-    ends = np.array(np.meshgrid(*np.stack([box[0] - 1.0, box[1] + 1.0], axis=1))).reshape(3, 8).T
-    matrix = np.linalg.inv(base.world_from_index) @ volume.world_from_index
+def _begin(grids: list[tuple[_Grid, Box]], world_from_index: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Index (3,) at which a volume begins among voxels that hold all of it and what it fades in over: see
+    ``CommonVoxels.begins``.
+    """
+    low = np.full(3, np.inf)
+    for grid, box in grids:
+        fades_in = np.where(box[0] == 0, grid.fades_in, 1.0)
+        low = np.minimum(low, _corners(grid.parts[0], box, world_from_index, fades_in).min(axis=0))
+    return np.where(low > 0.5, low, -0.5)
+
+
+def _corners(
+    volume: ScalarVolume, box: Box, world_from_index: NDArray[np.float64], before: ArrayLike = 1.0
+) -> NDArray[np.float64]:
+    """The corners (8, 3) of a box of a volume's voxels and of one voxel behind it, in other voxels; ``before``: voxels
+    before it, (3,) or one number.
+    """
+    ends = np.array(np.meshgrid(*np.stack([box[0] - before, box[1] + 1.0], axis=1))).reshape(3, 8).T
+    matrix = np.linalg.inv(world_from_index) @ volume.world_from_index
     return np.asarray(ends @ matrix[:3, :3].T + matrix[:3, 3])
 
 
