@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError, InvalidInputError
 from spectral_core.volume.field import ScalarVolume
@@ -184,7 +184,9 @@ def _fades_in(path: Path, name: str, parts: list[ScalarVolume]) -> NDArray[np.fl
     return np.ones(3)
 
 
-def _region(base: ScalarVolume, grids: list[tuple[_Grid, Box]]) -> tuple[tuple[int, int, int], NDArray[np.float64]]:
+def _region(
+    base: ScalarVolume, grids: list[tuple[ScalarVolume, Box]]
+) -> tuple[tuple[int, int, int], NDArray[np.float64]]:
     """Shape and matrix of the voxels of ``base`` continued over boxes of voxels, each with one of its own around it."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for volume, box in grids:
@@ -209,7 +211,7 @@ def _begin(grids: list[tuple[_Grid, Box]], world_from_index: NDArray[np.float64]
 
 
 def _corners(
-    volume: ScalarVolume, box: Box, world_from_index: NDArray[np.float64], before: ArrayLike = 1.0
+    volume: ScalarVolume, box: Box, world_from_index: NDArray[np.float64], before: float | NDArray[np.float64] = 1.0
 ) -> NDArray[np.float64]:
     """The corners (8, 3) of a box of a volume's voxels and of one voxel behind it, in other voxels; ``before``: voxels
     before it, (3,) or one number.
