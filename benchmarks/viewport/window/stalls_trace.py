@@ -26,6 +26,7 @@ STANDS_S = 0.12
 SLOW_MS = 60.0
 """Calls that take longer are listed one by one."""
 monitoring: Any = sys.monitoring  # type: ignore[attr-defined]  # Python 3.12 and later, as in Blender 5
+DISABLE = monitoring.DISABLE  # None at the end of Python, where modules have lost their contents
 step = ["start"]
 """What the script does now."""
 
@@ -82,7 +83,7 @@ class Trace:
 
     def _enter(self, code, _place):
         if "blender_addon" not in code.co_filename:
-            return monitoring.DISABLE
+            return DISABLE
         if threading.get_ident() == self._main:
             if not self._depth:
                 faulthandler.dump_traceback_later(STANDS_S, file=self._places)
@@ -93,7 +94,7 @@ class Trace:
 
     def _leave(self, code, _place, _value):
         if "blender_addon" not in code.co_filename:
-            return monitoring.DISABLE
+            return DISABLE
         if threading.get_ident() == self._main and self._depth:
             self._depth -= 1
             if not self._depth:
