@@ -35,7 +35,7 @@ from .kept_mix import (
 )
 from .members import forget_deleted
 from .paths import follow_save, note_paths, transport_path
-from .picture import fill, in_frame, picture_for, picture_of, place
+from .picture import fill, fits_half, in_frame, picture_for, picture_of, place
 from .rendered_parts import look_matrix
 
 DELAY_SECONDS = 0.0
@@ -68,14 +68,15 @@ def show(scene: Scene, *, quick: bool = False) -> Any:
     dial = scene.spectral.dial
     try:
         factors, mix = designed_factors(scene), live_mix(scene)
-        pixels = mix.picture(weights_of(dial) * factors, quick=quick and not bpy.app.background)
+        can_halve = quick and not bpy.app.background and fits_half(scene, *mix.transport.coverage.shape)
+        pixels = mix.picture(weights_of(dial) * factors, quick=can_halve)
         pixels = shown(look_matrix(scene), pixels)
     except (SpectralError, OSError) as error:
         dial.message = str(error)
         raise
     if dial.message:
         dial.message = ""
-    image = _store(scene, pixels)
+    image = _store(scene, pixels, is_coarse=mix.is_coarse)
     if quick:
         _prepare_drag(scene, mix)
     place(scene, image, over_camera=dial.over_camera)
@@ -130,10 +131,11 @@ def _uncover_other(scene: Scene) -> None:
         uncover(scene)
 
 
-def _store(scene: Scene, pixels: np.ndarray) -> Any:
-    pixels = in_frame(scene, pixels)
+def _store(scene: Scene, pixels: np.ndarray, *, is_coarse: bool) -> Any:
+    if not is_coarse:
+        pixels = in_frame(scene, pixels)
     height, width = pixels.shape[:2]
-    image = picture_for(scene, width, height)
+    image = picture_for(scene, width, height, is_coarse=is_coarse)
     fill(image, pixels)
     image.update()
     return image

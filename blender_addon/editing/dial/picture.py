@@ -34,8 +34,9 @@ def picture_of(scene: Scene) -> Image | None:
     return None if image.library is not None or image.get(OWNER) in others else image
 
 
-def picture_for(scene: Scene, width: int, height: int) -> Image:
-    """The image of a scene's dial in this size. It is made if there is none.
+def picture_for(scene: Scene, width: int, height: int, *, is_coarse: bool = False) -> Image:
+    """The image of a scene's dial in this size. It is made if there is none. ``is_coarse``: the picture is one of half
+    the size, and takes the place of the whole one.
 
     An image that was saved as a file or packed is replaced, in all places that use it: it no longer holds the picture's
     floats, or Blender would write the next picture over the artist's file.
@@ -44,7 +45,11 @@ def picture_for(scene: Scene, width: int, height: int) -> Image:
     if image is None or image.source != "GENERATED" or not image.is_float:
         image = _made(image, width, height)
     elif tuple(image.size) != (width, height):
+        if is_coarse:
+            _magnify(image)
         image.scale(width, height)
+    if not is_coarse:
+        _restore(image)
     if image.alpha_mode != "PREMUL":  # that of its pixels; Blender would convert each picture before it is drawn
         image.alpha_mode = "PREMUL"
     if scene.spectral.dial.picture != image:
@@ -52,6 +57,53 @@ def picture_for(scene: Scene, width: int, height: int) -> Image:
     if image.get(OWNER) != scene.name:
         image[OWNER] = scene.name
     return image
+
+
+def fits_half(scene: Scene, height: int, width: int) -> bool:
+    """True if a picture of half the size can take the place of one of (height, width): both are even, and it is not set
+    into a larger frame.
+    """
+    whole = frame_in_pixels(scene.render)
+    return height % 2 == width % 2 == 0 and _border(scene, *whole) is None
+
+
+_magnified: dict[int, list[tuple[int, tuple[float, float]]]] = {}
+"""By session number of an image that has half its size, the image editors that show it twice as large: address of each
+one's settings, and by how many pixels of the image it was moved.
+"""
+
+
+def _magnify(image: Image) -> None:
+    """Let image editors show an image twice as large, because its size is halved: it covers the same part of each."""
+    shown = _magnified.setdefault(image.session_uid, [])
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            space = area.spaces.active
+            if area.type == "IMAGE_EDITOR" and space.image == image:
+                region = next(each for each in area.regions if each.type == "WINDOW")
+                place = region.view2d.view_to_region(0.5, 0.5, clip=False)  # the image's middle, in pixels
+                sizes, zoom = (region.width, region.height), 2 * space.zoom_percentage / 100
+                # an editor counts the way to its middle in pixels of the image, of which there are half as many now
+                moved = tuple((at - size / 2) / zoom for at, size in zip(place, sizes, strict=True))
+                shown.append((space.as_pointer(), moved))
+                _zoom(window, area, region, 2.0, moved)
+
+
+def _restore(image: Image) -> None:
+    """Let image editors show an image as they did before ``_magnify``."""
+    for address, (across, up) in _magnified.pop(image.session_uid, ()):
+        for window in bpy.context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.spaces.active.as_pointer() == address:
+                    region = next(each for each in area.regions if each.type == "WINDOW")
+                    _zoom(window, area, region, 0.5, (-across, -up))
+
+
+def _zoom(window: Any, area: Any, region: Any, factor: float, moved: tuple[float, ...]) -> None:
+    area.spaces.active.zoom_percentage *= factor
+    if max(map(abs, moved)) * area.spaces.active.zoom_percentage > 100:  # by a pixel, to which the place is rounded
+        with bpy.context.temp_override(window=window, area=area, region=region):
+            bpy.ops.image.view_pan(offset=moved)
 
 
 def new_picture(name: str, width: int, height: int) -> Image:

@@ -88,8 +88,10 @@ class LiveMix:
         """Channels (channels, height, width) of groups at half the size."""
         self._half_rest: Pixels | None = None
         """``_rest`` at half the size."""
+        self._small = np.empty((0, 0, 4), np.float32)
+        """The last picture of half the size."""
         self.is_coarse = False
-        """True if the last picture has half the size, each of its pixels shown as four."""
+        """True if the last picture has half the size."""
         self.worth_halving: int | None = None
         """Group whose light was dragged last, if its product took longer than QUICK_SECONDS at full size."""
 
@@ -132,7 +134,8 @@ class LiveMix:
     def picture(self, weights: ArrayLike, *, quick: bool = False, signed: bool = False) -> Pixels:
         """(height, width, 4) of the groups mixed with ``weights`` (groups,). The next call overwrites it.
 
-        ``quick``: while one light is dragged, at half the size if ``halve`` was called; ``is_coarse`` reports it.
+        ``quick``: while one light is dragged, at half the size, rounded up, if ``halve`` was called; ``is_coarse``
+        reports it.
         ``signed``: weights below 0 remove light, as a lamp of negative power does; otherwise they are an error.
         """
         amounts = frozen_array("weights of the light groups", weights, (len(self.transport.groups),))
@@ -168,23 +171,23 @@ class LiveMix:
             self._sum(others, self._rest)
             self._rest_of, self._half_rest = (dragged, others.tobytes()), None
         if quick and dragged in self._half:
-            self._coarse(dragged, float(scaled[dragged]))
-        else:
-            start = time.perf_counter()
-            np.copyto(self._out, self._rest)
-            self._add_light(dragged, float(scaled[dragged]), self._out.reshape(-1, 4))
-            is_slow = time.perf_counter() - start > QUICK_SECONDS
-            self.worth_halving = dragged if is_slow and dragged not in self._half else None
+            return self._coarse(dragged, float(scaled[dragged]))
+        start = time.perf_counter()
+        np.copyto(self._out, self._rest)
+        self._add_light(dragged, float(scaled[dragged]), self._out.reshape(-1, 4))
+        is_slow = time.perf_counter() - start > QUICK_SECONDS
+        self.worth_halving = dragged if is_slow and dragged not in self._half else None
         return self._out
 
-    def _coarse(self, index: int, amount: float) -> None:
-        """Write the picture of a dragged light at half the size."""
+    def _coarse(self, index: int, amount: float) -> Pixels:
+        """The picture of a dragged light at half the size."""
         if self._half_rest is None:
             self._half_rest = np.ascontiguousarray(np.moveaxis(halved(np.moveaxis(self._rest, 2, 0)), 0, 2))
-        small = self._half_rest.copy()
-        self._add_product(index, amount, self._half[index], small.reshape(-1, 4))
-        doubled(small, self._out)
+            self._small = np.empty_like(self._half_rest)
+        np.copyto(self._small, self._half_rest)
+        self._add_product(index, amount, self._half[index], self._small.reshape(-1, 4))
         self.is_coarse = True
+        return self._small
 
     def _write(self, index: int) -> None:
         """Bring a group's own picture up to date."""
@@ -222,16 +225,6 @@ def halved(pixels: Pixels) -> Pixels:
     across[..., : pixels.shape[-1] // 2] += down[..., 1::2]
     across[..., : pixels.shape[-1] // 2] *= np.float32(0.5)
     return across
-
-
-def doubled(small: Pixels, out: Pixels) -> None:
-    """Write each pixel of ``small`` (height, width, 4) four times into ``out``, of twice the size or one pixel less."""
-    # a pixel is copied as one number of 16 bytes, which takes a fraction of the time of four
-    of, to = small.view(np.complex128)[..., 0], out.view(np.complex128)[..., 0]
-    for down in (0, 1):
-        for across in (0, 1):
-            part = to[down::2, across::2]
-            part[:] = of[: part.shape[0], : part.shape[1]]
 
 
 # Both products are SciPy's, which brings an OpenBLAS of its own: the NumPy of a Blender may have the reference BLAS,

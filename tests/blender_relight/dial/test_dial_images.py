@@ -11,7 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from blender_addon.editing.dial import live  # noqa: E402
-from blender_addon.editing.dial.picture import OWNER, PICTURE  # noqa: E402
+from blender_addon.editing.dial.picture import OWNER, PICTURE, fits_half, picture_for  # noqa: E402
 
 
 @pytest.fixture
@@ -20,7 +20,8 @@ def shown(monkeypatch):
 
     def show(scene, level, size=(16, 12)):
         pixels = np.full((size[1], size[0], 4), level, np.float32)
-        monkeypatch.setattr(live, "live_mix", lambda _: SimpleNamespace(picture=lambda _, quick: pixels))
+        mix = SimpleNamespace(picture=lambda _, quick: pixels, is_coarse=False)
+        monkeypatch.setattr(live, "live_mix", lambda _: mix)
         return live.show(scene)
 
     return show
@@ -248,3 +249,27 @@ def test_the_panel_states_where_blender_shows_the_picture_without_the_view_trans
     assert not lacks_view_transform(context), "the picture is not shown"
     space.type = "IMAGE_EDITOR"
     assert not lacks_view_transform(context)
+
+
+def test_an_image_editor_shows_a_picture_of_half_the_size_over_the_same_pixels(scene):
+    image = picture_for(scene, 40, 20)
+    area = bpy.context.window_manager.windows[0].screen.areas[0]
+    area.type = "IMAGE_EDITOR"
+    space = area.spaces.active
+    space.image = image
+    space.zoom_percentage = 70
+    for _ in range(2):  # further pictures of a drag find it magnified
+        assert picture_for(scene, 20, 10, is_coarse=True) == image
+        assert (tuple(image.size), space.zoom_percentage) == ((20, 10), pytest.approx(140))
+    picture_for(scene, 40, 20)
+    assert (tuple(image.size), space.zoom_percentage) == ((40, 20), pytest.approx(70))
+    picture_for(scene, 20, 10)  # a recording of another size
+    assert space.zoom_percentage == pytest.approx(70)
+
+
+def test_a_picture_of_odd_size_or_in_a_border_is_not_halved(scene):
+    assert fits_half(scene, 20, 40)
+    assert not fits_half(scene, 21, 40) and not fits_half(scene, 20, 41)
+    scene.render.use_border = True
+    scene.render.border_min_x = 0.5
+    assert not fits_half(scene, 20, 40)
