@@ -26,8 +26,8 @@ from spectral_core.palette.inaccurate import (
     white_remedy,
 )
 from spectral_core.palette.problem import CellIndex, PaletteProblem
+from spectral_core.palette.qp.answer import Check, checked
 from spectral_core.palette.qp.block import DIM
-from spectral_core.palette.qp.optimality import Check, checked
 from spectral_core.palette.solution import (
     NOT_FOUND,
     REMEDIES,

@@ -15,7 +15,7 @@ from spectral_core.palette.assemble.criteria import second_differences
 from spectral_core.palette.paint.fluorescence import color_from_light, color_from_surface
 from spectral_core.palette.paint.fluorescent_design import FluorescentSolution, solve_fluorescent
 from spectral_core.palette.paint.fluorescent_report import palette_solution
-from spectral_core.palette.qp.optimality import Check
+from spectral_core.palette.qp.answer import Check
 from spectral_core.spectra import catalogue, observer
 from spectral_core.spectra.fluorescence import FluorescentDye, share_between_knots
 from spectral_core.spectra.spectrum import Illuminant, SpectralGrid

@@ -195,7 +195,7 @@ def test_invalid_mixtures_are_refused() -> None:
 def test_the_check_of_a_tint_design_is_that_of_its_steps(monkeypatch) -> None:
     """It was always perfect: a KKT residual of 0 was stated for any answer."""
     from spectral_core.palette.paint import tints
-    from spectral_core.palette.qp.optimality import Check
+    from spectral_core.palette.qp.answer import Check
 
     def stated(quadratic):
         answer = tints_solve(quadratic)

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.assemble.side import COLOR_NORM, LAB_UNIT, Assembler
 from spectral_core.palette.assemble.state import PaletteState
-from spectral_core.palette.qp.arrow import CAP, RIDGE
+from spectral_core.palette.qp.arrow import CAP
 from spectral_core.palette.qp.quadratic import FAR
+from spectral_core.palette.qp.squares import RIDGE
 from spectral_core.spectra.color import lab_jacobian_from_linear_rgb
 
 Array = NDArray[np.float64]

@@ -20,10 +20,9 @@ from spectral_core.palette.assemble.view import Side
 from spectral_core.palette.design.decided import Decision, decided
 from spectral_core.palette.design.orthogonal import CHANGES, LIVE, THOROUGH, refined
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.qp.answer import Answer
+from spectral_core.palette.qp.answer import PERFECT, Answer, Check
 from spectral_core.palette.qp.block import RowKey
 from spectral_core.palette.qp.engine import Engine
-from spectral_core.palette.qp.optimality import PERFECT, Check
 from spectral_core.palette.worst_case import worst_case_shares
 
 Array = NDArray[np.float64]

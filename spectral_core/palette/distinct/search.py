@@ -36,8 +36,7 @@ from spectral_core.palette.distinct.cells import DistinctCells, distinct_cells
 from spectral_core.palette.distinct.starts import APART, random_spectra, searches_from_spectra, usual_starts
 from spectral_core.palette.distinct.step import Step, StepAnswer, solve_step
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.qp.answer import Answer
-from spectral_core.palette.qp.optimality import Check
+from spectral_core.palette.qp.answer import Answer, Check
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.palette.report import reported
 from spectral_core.palette.solution import REMEDIES, PaletteSolution, PaletteStatus

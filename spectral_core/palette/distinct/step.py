@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from spectral_core.errors import MissingDependencyError, UnknownNameError
-from spectral_core.palette.qp.optimality import FAILED, Check
+from spectral_core.palette.qp.answer import FAILED, Check
 from spectral_core.palette.qp.quadratic import FAR
 
 Array = NDArray[np.float64]

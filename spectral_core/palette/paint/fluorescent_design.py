@@ -28,7 +28,7 @@ from spectral_core.palette.paint.fluorescence import FluorescentSurface
 from spectral_core.palette.paint.fluorescent_descent import descended
 from spectral_core.palette.paint.fluorescent_spectra import FluorescentSpectra
 from spectral_core.palette.problem import PaletteProblem
-from spectral_core.palette.qp.optimality import Check
+from spectral_core.palette.qp.answer import Check
 from spectral_core.palette.report import EXACT_LIMIT, exact_error
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import Spectrum

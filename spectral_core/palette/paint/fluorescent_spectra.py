@@ -24,10 +24,9 @@ from spectral_core.palette.design.rounds import is_nothing
 from spectral_core.palette.paint.fluorescence import FluorescentSurface
 from spectral_core.palette.paint.fluorescent_colors import FluorescentColors
 from spectral_core.palette.problem import CellIndex, PaletteProblem
-from spectral_core.palette.qp.answer import Answer
+from spectral_core.palette.qp.answer import PERFECT, Answer, Check
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import Engine
-from spectral_core.palette.qp.optimality import PERFECT, Check
 from spectral_core.palette.qp.quadratic import Quadratic
 from spectral_core.spectra.fluorescence import FluorescentDye
 from spectral_core.spectra.spectrum import Illuminant, Reflectance, Spectrum

@@ -14,22 +14,26 @@ rest; an exact row has compliance 0. Thus no weight, however large, enters H and
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotrs
 
-from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.quadratic import Quadratic
+from spectral_core.palette.qp.squares import (
+    RIDGE,
+    Spectrum,
+    SumOfBlocks,
+    across,
+    retargeted,
+    squared,
+)
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 CAP, CAP_OVER_LIGHTEST = 1e4, 1e8
 """Largest weight in H, relative to the median one and to the lightest one."""
-RIDGE = 1e-13
-"""Added to the diagonal of H, relative to its mean: spectra without smoothness have no unique minimum."""
 BOOSTS = (1e-11, 1e-9, 1e-7)
 """Ridges that are tried one after the other where H is singular to rounding."""
 COLOR_RIDGE = 1e-15
@@ -38,81 +42,9 @@ STIFFNESS = 1e-13
 """Least compliance of a border row, relative to the largest of its block: rows may depend on each other."""
 
 
-@dataclass(slots=True)
-class Spectrum:
-    """One block in squares; see the module's docstring. Weights are divided by the median weight."""
-
-    hessian: Array
-    linear: Array
-    ties: Array
-    border: Array
-    border_target: Array
-    border_ties: Array
-    compliance: Array
-    in_border: Mask
-    """Rows of the block that have a border row."""
-    weights: Array
-    """ω in H, (m,)."""
-    color_hessian: Array
-    color_linear: Array
-    largest: float
-    """Largest curvature, max of the diagonal of H."""
-
-
 def median_weight(problem: Quadratic) -> tuple[float, float]:
     """Lower median and least of all finite weights; 1 if there is none."""
     return problem.typical_weights
-
-
-def squared(block: Block, unit: float, cap: float) -> Spectrum:
-    """A block's rows as squares and border rows; weights relative to ``unit``, in H at most ``cap``."""
-    relative = block.weights / unit
-    exact = np.isinf(relative)
-    # An exact row also counts in H, with the median weight: its error is 0 at the answer, and it keeps H regular.
-    weights = np.where(exact, 1.0, np.minimum(relative, cap))
-    in_border = exact | (relative > cap)
-    weighted = weights[:, None] * block.rows
-    hessian = weighted.T @ block.rows + block.gram / unit
-    # Relative to the mean of the diagonal, which is positive; 1e-12 for a block without rows.
-    hessian.flat[:: len(hessian) + 1] += RIDGE * max(float(hessian.trace()) / len(hessian), 1e-12)
-    tied = weights[:, None] * block.ties
-    with np.errstate(divide="ignore"):
-        # The weight cap in H and the weight ω − cap of the border row add up to ω.
-        compliance = np.where(exact, 0.0, 1.0 / (relative - weights))[in_border]
-    return Spectrum(
-        hessian,
-        -(block.targets @ weighted),
-        block.ties.T @ weighted,
-        block.rows[in_border],
-        block.targets[in_border],
-        block.ties[in_border],
-        compliance,
-        in_border,
-        weights,
-        tied.T @ block.ties,
-        -(block.targets @ tied),
-        float(hessian.diagonal().max(initial=0.0)),
-    )
-
-
-def retargeted(before: Spectrum, block: Block) -> Spectrum:
-    """The squares of a block whose targets alone changed: H and its factors stay."""
-    # Only right-hand sides are computed: O(m n), where H costs O(m n²).
-    pushes = before.weights * block.targets
-    return Spectrum(
-        before.hessian,
-        -(pushes @ block.rows),
-        before.ties,
-        before.border,
-        block.targets[before.in_border] if len(before.border) else before.border_target,
-        before.border_ties,
-        before.compliance,
-        before.in_border,
-        before.weights,
-        before.color_hessian,
-        -(pushes @ block.ties),
-        before.largest,
-    )
 
 
 class Factors:
@@ -220,8 +152,11 @@ class Arrow:
 
     def _collect(self) -> None:
         """The sum of all blocks' contributions to the system of the colors, and the size of each unknown's gradient."""
-        self._color_hessians = np.array([self._known_hessian, *(each.color_hessian for each in self.spectra)])
-        self._color_linears = np.array([self._known_linear, *(each.color_linear for each in self.spectra)])
+        curvatures = [(across(each.colors, each.colors), each.color_hessian) for each in self.spectra]
+        self._color_hessians = SumOfBlocks(self._known_hessian, curvatures)
+        self._color_linears = SumOfBlocks(
+            self._known_linear, [((each.colors,), each.color_linear) for each in self.spectra]
+        )
         self._weights: Array | None = None
         if self.problem.stack is not None:
             self._weights = np.array([each.weights for each in self.spectra])
@@ -232,8 +167,8 @@ class Arrow:
         self._sum_colors()
 
     def _sum_colors(self) -> None:
-        hessian = self._color_hessians.sum(axis=0)
-        self.color_system = hessian, self._color_linears.sum(axis=0)
+        hessian = self._color_hessians.total()
+        self.color_system = hessian, self._color_linears.total()
         """W and w: curvature and linear term of the colors before spectra are eliminated."""
         diagonal = hessian.diagonal()
         self.color_ridge = COLOR_RIDGE * max(float(diagonal.max(initial=0.0)), 1e-300)
@@ -258,15 +193,15 @@ class Arrow:
                 self.spectra[k] = retargeted(self.spectra[k], block)
             else:
                 same_squares = False
-                self.spectra[k] = squared(block, self.unit, self.cap)
-                self._color_hessians[1 + k] = self.spectra[k].color_hessian
+                fresh = self.spectra[k] = squared(block, self.unit, self.cap)
+                self._color_hessians.put(k, across(fresh.colors, fresh.colors), fresh.color_hessian)
                 self.sizes[problem.offsets[k] : problem.offsets[k + 1]] = self.spectra[k].largest
                 if self._weights is not None:
                     self._weights[k] = self.spectra[k].weights
                     self._in_border[k] = self.spectra[k].in_border
-            self._color_linears[1 + k] = self.spectra[k].color_linear
+            self._color_linears.put(k, (self.spectra[k].colors,), self.spectra[k].color_linear)
         if same_squares:
-            self.color_system = self.color_system[0], self._color_linears.sum(axis=0)
+            self.color_system = self.color_system[0], self._color_linears.total()
         else:
             self._sum_colors()
         return True

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.arrow import Arrow, Spectrum
+from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.quadratic import FAR, Quadratic
+from spectral_core.palette.qp.squares import Spectrum
 
 if TYPE_CHECKING:
     from scipy import sparse
@@ -87,6 +88,7 @@ class KeptSpectrum:
         start
             Values near the answer, (n,), for the first call: those at bounds are tried there first.
         """
+        colors = colors[spectrum.colors]
         linear = spectrum.linear - colors @ spectrum.ties
         high, low = self._high, self._low
         if len(self._exact):

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.blas import dger
 
-from spectral_core.palette.qp.arrow import Factors, Spectrum
+from spectral_core.palette.qp.arrow import Factors
+from spectral_core.palette.qp.squares import Spectrum, with_constant
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -36,8 +37,8 @@ class Elimination:
         self.spectrum = spectrum
         self.free, self.held = free, x
         self.map: Array = np.zeros((0, 0))
-        """(n + b + q, 1 + q): value of a free sample or gradient of a held one, multipliers, and Cx + Tᵀy, each as
-        constant and by color."""
+        """(n + b + q, 1 + q), q colors of the block: value of a free sample or gradient of a held one, multipliers,
+        and Cx + Tᵀy, each as constant and by color."""
         self.borders = len(spectrum.border)
         """Number of border rows."""
         self.exchanges = 0
@@ -50,6 +51,10 @@ class Elimination:
     def multipliers(self) -> Array:
         """Those of the border rows, (b, 1 + q), as constant and by color."""
         return self.map[self.free.size : self.free.size + self.borders]
+
+    def multipliers_at(self, full: Array) -> Array:
+        """Those of the border rows, (b,), at 1 and all free colors of the palette."""
+        return np.asarray(self.multipliers @ full[with_constant(self.spectrum.colors)])
 
     def follow(self, spectrum: Spectrum, free: Mask, x: Array) -> None:
         """Take other targets and other held bounds, by exchanges where that is cheaper than a factorization.

@@ -14,14 +14,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from spectral_core.palette.qp.answer import Answer, answer_at, better, is_sharp, is_strained, nothing
+from spectral_core.palette.qp.answer import FAILED, PERFECT, Answer, answer_at, better, is_sharp, is_strained, nothing
 from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import REACHED, PiqpAnswer, by_piqp, lone_spectra, nearest_miss
 from spectral_core.palette.qp.color_newton import ColorNewton, is_dense
 from spectral_core.palette.qp.elastic import Elastic, softened
 from spectral_core.palette.qp.feasibility import ImpossibleBlocks
 from spectral_core.palette.qp.interior_point import interior_point
-from spectral_core.palette.qp.optimality import FAILED, PERFECT
 from spectral_core.palette.qp.quadratic import Quadratic
 
 Array = NDArray[np.float64]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.palette.qp.arrow import Arrow, symmetric_solve
 from spectral_core.palette.qp.elimination import Elimination
+from spectral_core.palette.qp.squares import ALL, SumOfBlocks, across, with_constant
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -19,9 +20,8 @@ Mask = NDArray[np.bool_]
 SLACK = 1e-12
 """Distance beyond a bound, and gradient off a bound, that counts as rounding; relative to the bound and to H."""
 EXACT, NOT_WORST = 1e-11, 1e-3
-"""Residuals below which a block is not refined: about a color error in linear RGB; and relative to the largest residual
-of all blocks.
-"""
+"""Residuals below which a block is not refined: about a color error in linear RGB; and relative to the largest
+residual of all blocks."""
 
 _NONE = np.zeros(0)
 
@@ -43,13 +43,12 @@ class HeldBounds:
         self.stale = set(range(count))
         self._held_free, self._held = self.free.copy(), self.x.copy()
         """Unknowns that were free, and the values of the others, when their block was last eliminated."""
-        # The elimination of a block is kept as an affine map of the free colors. Re-solving after a change elsewhere is
-        # then one product.
+        # The elimination of a block is kept as an affine map of the free colors: to solve again is one product.
         self._map = np.zeros((problem.size, self.colors + 1))
         """Value of each free unknown, and gradient of each held one, as (constant, by color)."""
-        self._by_colors = np.zeros((count, self.colors, self.colors + 1))
-        """Gradient of each block by the free colors, in the same form."""
-        self._summed = self._by_colors.sum(axis=0)
+        self._summed = np.zeros((self.colors, self.colors + 1))
+        """Gradient of all blocks by the free colors, in the same form."""
+        self._by_colors = SumOfBlocks(self._summed.copy(), [None] * count)
         self._eliminated: list[Elimination | None] = [None] * count
         self.multipliers: list[Array] = [_NONE] * count
         """Of the border rows of each block, at the last solution."""
@@ -87,20 +86,22 @@ class HeldBounds:
             self._held_free[begin:end], self._held[begin:end] = free, x
             self._take(k, found)
         if self.stale:
-            self._summed = self._by_colors.sum(axis=0)
+            self._summed = self._by_colors.total()
             self._moved |= self.stale
             self.stale.clear()
 
     def _take(self, k: int, found: Elimination) -> None:
         """Copy a block's elimination into the maps of all blocks."""
         begin, end = self.offsets[k], self.offsets[k + 1]
-        self._map[begin:end] = found.map[: end - begin]
+        colors = found.spectrum.colors
+        columns = with_constant(colors)
+        if colors is not ALL:
+            self._map[begin:end] = 0.0  # the block may have depended on other colors
+        self._map[begin:end, columns] = found.map[: end - begin]
         if self.colors:
-            new, old = found.map[-self.colors :], self._by_colors[k]
+            new = found.map[end - begin + found.borders :]
             # During a walk only the difference is added; ``_refresh`` sums anew.
-            self._summed += new
-            self._summed -= old
-            old[:] = new
+            self._by_colors.exchange(k, across(colors, columns), new, self._summed)
 
     def _elimination(self, k: int) -> Elimination:
         """A block's elimination, which ``_refresh`` has made."""
@@ -171,7 +172,7 @@ class HeldBounds:
     def _take_multipliers(self, full: Array) -> None:
         """The multipliers of all border rows at some free colors, from (1, colors)."""
         self.multipliers = [
-            found.multipliers @ full if found is not None and found.borders else _NONE for found in self._eliminated
+            found.multipliers_at(full) if found is not None and found.borders else _NONE for found in self._eliminated
         ]
 
     def _wrong(self, values: Array, gradient: Array, slack: Array) -> tuple[Mask, Mask, Mask]:
@@ -225,7 +226,7 @@ class HeldBounds:
                 spectrum, begin, end = self.arrow.spectra[k], self.offsets[k], self.offsets[k + 1]
                 step, multiplier = self._elimination(k).current_factors().solve(held[None, begin:end], left[None])
                 steps[k] = step[0], multiplier[0]
-                by_colors += spectrum.ties @ step[0] + multiplier[0] @ spectrum.border_ties
+                by_colors[spectrum.colors] += spectrum.ties @ step[0] + multiplier[0] @ spectrum.border_ties
             # These steps of the spectra are for fixed colors. The Schur system gives the steps of the colors, and
             # these add to the steps of the spectra.
             moved = self._color_solve(self._color_system()[0], by_colors) if self.colors else np.zeros(0)
@@ -234,7 +235,7 @@ class HeldBounds:
             x[: self.colors] += moved
             for k, found in enumerate(self._eliminated):
                 if found is not None and found.borders:
-                    self.multipliers[k] = self.multipliers[k] + found.multipliers @ full
+                    self.multipliers[k] = self.multipliers[k] + found.multipliers_at(full)
             for k, (step, multiplier) in steps.items():
                 x[self.offsets[k] : self.offsets[k + 1]] += step
                 self.multipliers[k] = self.multipliers[k] + multiplier
@@ -253,9 +254,9 @@ class HeldBounds:
         lefts = [_NONE] * sizes.size
         for k, spectrum in enumerate(self.arrow.spectra):
             if len(spectrum.border):
-                # The residual of the border rows belongs to the same Newton system; otherwise the multipliers would
-                # keep their rounding.
-                left = spectrum.border_target + spectrum.border_ties @ colors - spectrum.border @ values[k]
+                # These residuals belong to the same Newton system; else the multipliers would keep their rounding.
+                left = spectrum.border_target + spectrum.border_ties @ colors[spectrum.colors]
+                left -= spectrum.border @ values[k]
                 left += spectrum.compliance * self.multipliers[k]
                 lefts[k], sizes[k] = left, max(sizes[k], np.abs(left).max())
         least = max(EXACT, NOT_WORST * sizes.max(initial=0.0))

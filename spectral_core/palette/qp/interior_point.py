@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spectral_core.palette.qp.arrow import Arrow, Factors, symmetric_solve
+from spectral_core.palette.qp.squares import across
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -128,12 +129,14 @@ class _InteriorPoint:
         parts, borders = [], []
         for k, spectrum in enumerate(self._arrow.spectra):
             x, y = point.x[self._offsets[k] : self._offsets[k + 1]], point.y[k]
-            by_colors = by_colors - spectrum.ties @ x - y @ spectrum.border_ties
+            own = colors[spectrum.colors]
+            by_colors[spectrum.colors] -= spectrum.ties @ x
+            by_colors[spectrum.colors] -= y @ spectrum.border_ties
             # Row of block k of the conditions of optimality, see ``arrow``; the bounds' multipliers follow below for
             # all.
-            parts.append(spectrum.hessian @ x + spectrum.linear - colors @ spectrum.ties + y @ spectrum.border)
+            parts.append(spectrum.hessian @ x + spectrum.linear - own @ spectrum.ties + y @ spectrum.border)
             borders.append(
-                spectrum.border_target + spectrum.border_ties @ colors + spectrum.compliance * y - spectrum.border @ x
+                spectrum.border_target + spectrum.border_ties @ own + spectrum.compliance * y - spectrum.border @ x
             )
         residual = np.concatenate([by_colors, *parts]) - point.lower + point.upper
         residual[self._fixed] = 0.0
@@ -222,7 +225,8 @@ class _Barrier:
             response = factors.solve(spectrum.ties, spectrum.border_ties.T) if self._count else None
             self._responses.append(response)
             if response is not None:
-                system -= spectrum.ties @ response[0].T + spectrum.border_ties.T @ response[1].T
+                inward = spectrum.ties @ response[0].T + spectrum.border_ties.T @ response[1].T
+                system[across(spectrum.colors, spectrum.colors)] -= inward
         self._free = ~fixed[: self._count]
         inner = system[self._free][:, self._free]
         # A color that no row depends on has an empty row; the ridge keeps the factorization regular.
@@ -237,16 +241,17 @@ class _Barrier:
             part = right[self._offsets[k] : self._offsets[k + 1]]
             values, multipliers = factors.solve(part[None], border[k][None])
             own.append((values[0], multipliers[0]))
-            by_colors += spectrum.ties @ values[0] + multipliers[0] @ spectrum.border_ties
+            by_colors[spectrum.colors] += spectrum.ties @ values[0] + multipliers[0] @ spectrum.border_ties
         colors = np.zeros(self._count)
         if self._free.any():
             colors[self._free] = symmetric_solve(self._system, by_colors[self._free])
         parts, steps = [colors], []
-        for (value, multiplier), response in zip(own, self._responses, strict=True):
+        for (value, multiplier), response, spectrum in zip(own, self._responses, self._arrow.spectra, strict=True):
             if response is None:
                 parts.append(value)
                 steps.append(multiplier)
             else:
-                parts.append(value + colors @ response[0])
-                steps.append(multiplier + colors @ response[1])
+                moved = colors[spectrum.colors]
+                parts.append(value + moved @ response[0])
+                steps.append(multiplier + moved @ response[1])
         return np.concatenate(parts), steps

@@ -16,12 +16,12 @@ from spectral_core.palette.presets import metamer_pair
 from spectral_core.palette.problem import Cell, PaletteProblem
 from spectral_core.palette.qp import color_newton
 from spectral_core.palette.qp.active_set import ActiveSet
-from spectral_core.palette.qp.arrow import Spectrum, squared
 from spectral_core.palette.qp.backends import KeptSpectrum
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.color_newton import NEWTON_STEPS
 from spectral_core.palette.qp.engine import solve
 from spectral_core.palette.qp.quadratic import Quadratic
+from spectral_core.palette.qp.squares import Spectrum, retargeted, squared
 
 MANY = (10, 4, 31)
 
@@ -131,8 +131,6 @@ def test_a_kept_spectrum_is_optimal_at_every_color_and_target(rng, exact):
 
 
 def test_a_kept_spectrum_follows_other_targets_without_a_new_workspace(rng):
-    from spectral_core.palette.qp.arrow import retargeted
-
     block, spectrum = spectrum_of(rng, 1)
     kept = KeptSpectrum(spectrum, block.lower, block.upper)
     for _ in range(10):
@@ -147,8 +145,6 @@ def test_a_kept_spectrum_follows_other_targets_without_a_new_workspace(rng):
 
 
 def test_exact_rows_that_cannot_hold_give_no_answer_and_later_ones_do(rng):
-    from spectral_core.palette.qp.arrow import retargeted
-
     block, spectrum = spectrum_of(rng, 2)
     kept = KeptSpectrum(spectrum, block.lower, block.upper)
     assert kept.at(spectrum, np.zeros(3)) is not None

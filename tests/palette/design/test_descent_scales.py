@@ -15,7 +15,8 @@ from spectral_core.palette.assemble.side import Assembler
 from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.design.lights import LightDescent, outer_side
 from spectral_core.palette.design.rounds import Budget, Rounds, SolveTrace
-from spectral_core.palette.qp.arrow import RIDGE, regular_factor
+from spectral_core.palette.qp.arrow import regular_factor
+from spectral_core.palette.qp.squares import RIDGE
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])

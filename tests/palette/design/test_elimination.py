@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from spectral_core.palette.qp.answer import Answer, is_sharp
-from spectral_core.palette.qp.arrow import squared, symmetric_solve
+from spectral_core.palette.qp.answer import Answer, Check, is_sharp
+from spectral_core.palette.qp.arrow import symmetric_solve
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.elimination import Elimination
-from spectral_core.palette.qp.optimality import Check
+from spectral_core.palette.qp.squares import squared
 
 SIZE, CELLS = 17, 4
 

@@ -17,13 +17,13 @@ from spectral_core.palette.assemble.state import initial_state
 from spectral_core.palette.explain.exact_sets import smallest_conflict
 from spectral_core.palette.presets import split_light
 from spectral_core.palette.qp import engine as engine_module
+from spectral_core.palette.qp.answer import Check, checked
 from spectral_core.palette.qp.arrow import Arrow
 from spectral_core.palette.qp.backends import PiqpAnswer, by_piqp, nearest_miss
 from spectral_core.palette.qp.block import Block
 from spectral_core.palette.qp.engine import Engine, solve
 from spectral_core.palette.qp.general import reflectances_by_cvxpy
 from spectral_core.palette.qp.interior_point import interior_point
-from spectral_core.palette.qp.optimality import Check, checked
 from spectral_core.palette.qp.quadratic import Quadratic
 
 SIZE = (4, 3, 31)
