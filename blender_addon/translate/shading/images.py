@@ -19,7 +19,7 @@ from ..context import ReadImage, Translation
 from ..ledger import note_changed
 from ..questions import state_of_file
 from .image_files import frame_image, frame_of, tile_image, tiles_of
-from .image_files.alpha import file_bytes, is_from_file, is_gray_file, multiplied, multiplied_floats
+from .image_files.alpha import averaged, file_bytes, is_from_file, is_gray_file, multiplied, multiplied_floats
 from .image_files.color_spaces import VIDEO_SPACES, VIDEO_WHITE, as_in_file, holds_numbers, is_linear, scene_linear
 from .image_files.layered import colors_of_layer, first_layer, is_layered
 from .tree import Output, is_read, wanted_aovs
@@ -241,7 +241,7 @@ def _float_image(
 
     ``alpha``: (height, width, 1) by which colors are multiplied; None for none.
     """
-    divided, space = None, image.colorspace_settings.name
+    divided, space, colors = None, image.colorspace_settings.name, averaged(image, colors)
     if alpha is not None:
         colors, divided = multiplied_floats(image, colors, alpha)
     if space in VIDEO_SPACES and is_from_file(image):
@@ -268,16 +268,14 @@ def _byte_image(
     space = image.colorspace_settings.name
     if alpha is not None:
         colors = file_bytes(translation, image, colors, alpha)
-    kind: Literal["raw", "linear", "srgb"] = "srgb"
-    if holds_numbers(image) or is_linear(image):
-        kind = "raw" if holds_numbers(image) else "linear"
+    kind: Literal["raw", "linear", "srgb"] = "raw" if holds_numbers(image) else "linear" if is_linear(image) else "srgb"
     if kind != "srgb" or space == "sRGB":
         if alpha is not None:
             colors = multiplied(image, colors, alpha)
         return ImageTexture(image.name, _with_alpha(colors, alpha, alpha_is_read), color_space=kind)
     # Cycles converts the colors as they are, and keeps those that no display shows
     rgb = np.broadcast_to(colors[..., :3] / np.float32(255), (*colors.shape[:2], 3))
-    linear = scene_linear(rgb, space)
+    linear = averaged(image, scene_linear(rgb, space))
     if translation.converts_colors:
         linear = translation.linear_rgb(linear)
     if alpha is not None:

@@ -25,10 +25,10 @@ def shown(build, translate, path, kind, mode, *, packed=False, is_alpha=False):
     return of_file(build, translate, path, packed=packed, is_alpha=is_alpha)
 
 
-def of_file(build, translate, path, mode="STRAIGHT", *, packed=False, is_alpha=False):
+def of_file(build, translate, path, mode="STRAIGHT", *, packed=False, is_alpha=False, space="sRGB"):
     """What a material shows of a file in its middle and beside it."""
     image = bpy.data.images.load(str(path))
-    image.colorspace_settings.name, image.alpha_mode = "sRGB", mode
+    image.colorspace_settings.name, image.alpha_mode = space, mode
     if packed:
         image.pack()
     material = build.material(shader="ShaderNodeEmission")
@@ -61,12 +61,13 @@ def test_the_alpha_beside_a_gray_file_is_1(build, translate, tmp_path, mode, bes
     assert np.all(found[0] == 1) and np.all(found[1] == beside)
 
 
-def gray_with_alpha(path, depth):
-    """Write a PNG of 4×4 texels of gray 0.8 with alpha 0.5, in 8 or 16 bits."""
+def gray_png(path, depth, *, has_alpha=True):
+    """Write a PNG of 4×4 texels of gray 0.8, with alpha 0.5, in 8 or 16 bits."""
     most = 2**depth - 1
-    row = b"\0" + np.tile(np.array([0.8 * most + 0.5, 0.5 * most + 0.5]).astype(f">u{depth // 8}"), 4).tobytes()
+    texel = np.array([0.8 * most + 0.5, 0.5 * most + 0.5][: 1 + has_alpha]).astype(f">u{depth // 8}")
+    row = b"\0" + np.tile(texel, 4).tobytes()
     parts = (
-        (b"IHDR", struct.pack(">IIBBBBB", 4, 4, depth, 4, 0, 0, 0)),
+        (b"IHDR", struct.pack(">IIBBBBB", 4, 4, depth, 4 if has_alpha else 0, 0, 0, 0)),
         (b"IDAT", zlib.compress(4 * row)),
         (b"IEND", b""),
     )
@@ -78,6 +79,15 @@ def gray_with_alpha(path, depth):
 @pytest.mark.parametrize(("mode", "red"), [("STRAIGHT", 0.604), ("CHANNEL_PACKED", 0.604)])
 def test_colors_of_gray_png_files_are_not_multiplied_by_alpha(build, translate, tmp_path, depth, mode, red):
     """Cycles multiplies four channels only: it shows 0.604, the linear value of 0.8, in 4.3, 5.0 and 5.2."""
-    gray_with_alpha(tmp_path / "gray.png", depth)
+    gray_png(tmp_path / "gray.png", depth)
     found = of_file(build, translate, tmp_path / "gray.png", mode)
     assert found[0] == pytest.approx([red] * 3, abs=0.01)
+
+
+@pytest.mark.parametrize("depth", [8, 16])
+def test_a_gray_file_stays_gray_in_spaces_that_color_grays(build, translate, tmp_path, depth):
+    """Cycles keeps one channel, the mean of red, green and blue: of XYZ = (0.8, 0.8, 0.8) it shows 0.816."""
+    gray_png(tmp_path / "gray.png", depth, has_alpha=False)
+    found = of_file(build, translate, tmp_path / "gray.png", space="Linear CIE-XYZ D65")
+    from_xyz = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+    assert found[0] == pytest.approx([0.8 * from_xyz.sum() / 3] * 3, abs=0.003)

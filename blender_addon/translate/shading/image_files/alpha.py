@@ -30,6 +30,15 @@ def is_gray_file(image: Any) -> bool:
     return is_from_file(image) and image.depth == (32 if image.is_float else 8)
 
 
+def averaged(image: Any, colors: Array) -> Array:
+    """Colors (height, width, channels) in the scene-linear space as Cycles keeps those of a gray file: one channel, the
+    mean of what the conversion from the file's space made of the gray.
+    """
+    if colors.shape[2] < 3 or not is_gray_file(image):
+        return colors
+    return np.broadcast_to(colors.mean(axis=2, keepdims=True, dtype=np.float32), colors.shape)
+
+
 def _is_kept(image: Any) -> bool:
     """True if Cycles keeps the colors of a file that has its alpha apart as they are.
 
