@@ -35,7 +35,8 @@ check: style
 
 # Types and imports are checked by tests: alone, they would leave one of two cores idle for a minute.
 # CI=true: a folder of tests of which nothing could run, for want of bpy or Mitsuba, is a failure.
-# Three processes: for a part of its time a test waits, or uses one core. A file stays in one process, as its fixtures are slow.
+# Three processes: for a part of its time a test waits, or uses one core. A file stays in one process: its fixtures are
+# slow.
 test: style
 	CI=true $(PYTHON) -m pytest -n 3 --dist loadfile --durations=15
 

@@ -103,9 +103,11 @@ def test_exact_cells_conflict_and_hold_in_every_unit(size: float) -> None:
 def test_a_warm_start_and_brightened_lights_keep_their_unit() -> None:
     first = solve_palette(palette("designed", 1e6))
     again = solve_palette(palette("designed", 1e6), warm=first)
-    # a busy machine may end either before it is optimal, 0.005 of the unit apart
-    assert {first.status, again.status} <= {PaletteStatus.COMPROMISE, PaletteStatus.IMPROVING}
-    np.testing.assert_allclose(again.actual_linear_rgb, first.actual_linear_rgb, atol=3e4)
+    # a busy machine may end either before it is optimal, then 0.005 of the unit apart
+    found = {first.status, again.status}
+    assert found <= {PaletteStatus.COMPROMISE, PaletteStatus.IMPROVING}
+    atol = 1e3 if found == {PaletteStatus.COMPROMISE} else 3e4
+    np.testing.assert_allclose(again.actual_linear_rgb, first.actual_linear_rgb, atol=atol)
     scaled = [solve_palette(replace(palette("given", each), scale_lights=True)) for each in (1.0, 1e6)]
     assert scaled[1].light_scale == pytest.approx(scaled[0].light_scale, rel=1e-6)
     light = scaled[1].illuminants[0]

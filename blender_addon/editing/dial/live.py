@@ -246,8 +246,10 @@ def _after_load(*_: object) -> None:
 
 @bpy.app.handlers.persistent
 def _before_save(blend: object = "", *_: object) -> None:
-    """A file gets no deleted light, and its recording may get another place."""
+    """A file gets no deleted light and no picture of half the size, and its recording may get another place."""
     forget_deleted()
+    for scene in bpy.data.scenes:
+        _sharpen(scene)
     note_paths(blend)
 
 

@@ -44,12 +44,11 @@ def picture_for(scene: Scene, width: int, height: int, *, is_coarse: bool = Fals
     image = picture_of(scene)
     if image is None or image.source != "GENERATED" or not image.is_float:
         image = _made(image, width, height)
-    elif tuple(image.size) != (width, height):
-        if is_coarse:
-            _magnify(image)
-        image.scale(width, height)
-    if not is_coarse:
-        _restore(image)
+    else:
+        # not by the image's size: an undo brings back that of a drag, while editors keep their zoom
+        (_magnify if is_coarse else _restore)(image)
+        if tuple(image.size) != (width, height):
+            image.scale(width, height)
     if image.alpha_mode != "PREMUL":  # that of its pixels; Blender would convert each picture before it is drawn
         image.alpha_mode = "PREMUL"
     if scene.spectral.dial.picture != image:
@@ -75,7 +74,9 @@ one's settings, and by how many pixels of the image it was moved.
 
 def _magnify(image: Image) -> None:
     """Let image editors show an image twice as large, because its size is halved: it covers the same part of each."""
-    shown = _magnified.setdefault(image.session_uid, [])
+    if image.session_uid in _magnified:
+        return
+    shown = _magnified[image.session_uid] = []
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             space = area.spaces.active
@@ -86,24 +87,28 @@ def _magnify(image: Image) -> None:
                 # an editor counts the way to its middle in pixels of the image, of which there are half as many now
                 moved = tuple((at - size / 2) / zoom for at, size in zip(place, sizes, strict=True))
                 shown.append((space.as_pointer(), moved))
-                _zoom(window, area, region, 2.0, moved)
+                _zoom(area, 2.0, moved)
 
 
 def _restore(image: Image) -> None:
-    """Let image editors show an image as they did before ``_magnify``."""
+    """Let image editors show an image as they did before ``_magnify``, those of other workspaces as well."""
     for address, (across, up) in _magnified.pop(image.session_uid, ()):
-        for window in bpy.context.window_manager.windows:
-            for area in window.screen.areas:
+        for screen in bpy.data.screens:
+            for area in screen.areas:
                 if area.spaces.active.as_pointer() == address:
-                    region = next(each for each in area.regions if each.type == "WINDOW")
-                    _zoom(window, area, region, 0.5, (-across, -up))
+                    _zoom(area, 0.5, (-across, -up))
 
 
-def _zoom(window: Any, area: Any, region: Any, factor: float, moved: tuple[float, ...]) -> None:
+def _zoom(area: Any, factor: float, moved: tuple[float, ...]) -> None:
+    """Multiply the zoom of an image editor, and move its image by so many pixels of it."""
     area.spaces.active.zoom_percentage *= factor
-    if max(map(abs, moved)) * area.spaces.active.zoom_percentage > 100:  # by a pixel, to which the place is rounded
-        with bpy.context.temp_override(window=window, area=area, region=region):
-            bpy.ops.image.view_pan(offset=moved)
+    if max(map(abs, moved)) * area.spaces.active.zoom_percentage <= 100:
+        return  # less than a pixel of the screen, to which the place of the middle is rounded
+    for window in bpy.context.window_manager.windows:
+        if window.screen == area.id_data:
+            region = next(each for each in area.regions if each.type == "WINDOW")
+            with bpy.context.temp_override(window=window, area=area, region=region):
+                bpy.ops.image.view_pan(offset=moved)
 
 
 def new_picture(name: str, width: int, height: int) -> Image:

@@ -263,8 +263,10 @@ def test_an_image_editor_shows_a_picture_of_half_the_size_over_the_same_pixels(s
         assert (tuple(image.size), space.zoom_percentage) == ((20, 10), pytest.approx(140))
     picture_for(scene, 40, 20)
     assert (tuple(image.size), space.zoom_percentage) == ((40, 20), pytest.approx(70))
-    picture_for(scene, 20, 10)  # a recording of another size
-    assert space.zoom_percentage == pytest.approx(70)
+    image.scale(20, 10)  # as an undo does, which brings back the image of a drag
+    for is_coarse, zoom in ((True, 140), (False, 70)):
+        picture_for(scene, 20, 10, is_coarse=is_coarse)
+        assert space.zoom_percentage == pytest.approx(zoom)
 
 
 def test_a_picture_of_odd_size_or_in_a_border_is_not_halved(scene):

@@ -184,14 +184,14 @@ class GridReader:
         values = self._values(edge**3, active)
         shown = np.any((values != self.background).reshape(edge**3, -1), axis=1) | active
         places = np.flatnonzero(shown & ~children)
-        self.tiles.append((corner + _coordinates(places, edge) * width, width, values[places], active[places]))
+        self.tiles.append((corner + coordinates(places, edge) * width, width, values[places], active[places]))
         self._held += len(places) * TILE_BYTES
         if self._held > MOST_TILE_BYTES:
             raise FileFormatError(
                 f"{self.path.name} holds over {MOST_TILE_BYTES // TILE_BYTES:,} tiles, more than are read here; open "
                 "it in a Blender from blender.org, whose OpenVDB reads it"
             )
-        return list(corner + _coordinates(np.flatnonzero(children), edge) * width)
+        return list(corner + coordinates(np.flatnonzero(children), edge) * width)
 
     def _tiles(self) -> Tiles:
         corners, widths, values, active = zip(*self.tiles, strict=True) if self.tiles else ((), (), (), ())
@@ -269,6 +269,6 @@ class GridReader:
         return exactly(self.stream, count)
 
 
-def _coordinates(places: NDArray[np.int64], edge: int) -> NDArray[np.int64]:
+def coordinates(places: NDArray[np.int64], edge: int) -> NDArray[np.int64]:
     """Index (n, 3) in a node of each entry (n,)."""
     return np.stack([places // edge**2, places // edge % edge, places % edge], axis=-1).astype(np.int64)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from spectral_core.errors import FileFormatError
 from spectral_core.volume.files.vdb.header import LEAF_LIST, read_metadata, read_word, transform_of
-from spectral_core.volume.files.vdb.read import ACTIVE_MASK, BLOSC, CORNER_BYTES, GridReader, descriptors
+from spectral_core.volume.files.vdb.read import ACTIVE_MASK, BLOSC, CORNER_BYTES, GridReader, coordinates, descriptors
 from spectral_core.volume.files.vdb.write import ALL_VALUES, LEAF, NODE_LEAVES, ROOT_NODES, ZIP
 
 
@@ -88,8 +88,8 @@ class _Walk(GridReader):
         children, active = self.take(edge**3 // 8), self.take(edge**3 // 8)
         self._skip_values(edge**3, active)
         below, shown = (np.frombuffer(bits, np.uint8) for bits in (children, active))
-        self._meet_tiles(corner + places(shown & ~below, edge) * width)
-        return corner + places(below, edge) * width
+        self._meet_tiles(corner + _places(shown & ~below, edge) * width)
+        return corner + _places(below, edge) * width
 
     def _meet_tiles(self, corners: NDArray[np.int64]) -> None:
         if len(corners):
@@ -99,7 +99,7 @@ class _Walk(GridReader):
         for corner in corners:
             active = self.take(LEAF**3 // 8)
             if (corner < self.lowest_of_leaves).any():
-                found = places(np.frombuffer(active, np.uint8), LEAF)
+                found = _places(np.frombuffer(active, np.uint8), LEAF)
                 if len(found):
                     self.lowest_of_leaves = np.minimum(self.lowest_of_leaves, corner + found.min(axis=0))
             if self.dtype == bool:
@@ -123,7 +123,6 @@ class _Walk(GridReader):
         self.take(size)
 
 
-def places(bits: NDArray[np.uint8], edge: int) -> NDArray[np.int64]:
+def _places(bits: NDArray[np.uint8], edge: int) -> NDArray[np.int64]:
     """Indices (n, 3) in a node of the bits that are set in its mask."""
-    set_bits = np.flatnonzero(np.unpackbits(bits, bitorder="little"))
-    return np.stack([set_bits // edge**2, set_bits // edge % edge, set_bits % edge], axis=-1).astype(np.int64)
+    return coordinates(np.flatnonzero(np.unpackbits(bits, bitorder="little")), edge)
